@@ -1,0 +1,19 @@
+"""Numbers only: no Qt, no VTK. Everything here works headless and from a script."""
+
+from engine.arrays import B1, F64, I64
+from engine.document import Document, Draft, History, Moment
+from engine.edit import EditOptions, SketchEdit, Source, Stroke
+from engine.errors import (
+    Cancelled,
+    EngineError,
+    FileError,
+    MeshError,
+    RecipeError,
+    RegionError,
+    SketchError,
+    SolveError,
+)
+from engine.mesh import Mesh, Topology
+from engine.recipe import Kinds, Recipe, Step, UnknownStep, replay
+from engine.run import Memo, Run
+from engine.view import View

@@ -1,0 +1,172 @@
+"""Document (frozen: what is open) and History (a tree of documents: undo, redo, variants)."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+from engine.arrays import I64
+from engine.edit import EditOptions, SketchEdit, Source, Stroke
+from engine.mesh import Mesh
+from engine.recipe import Recipe, Step
+
+
+@dataclass(frozen=True, eq=False)
+class Draft:
+    """What is being prepared and not yet applied: a region, its level, and the curves drawn so far.
+
+    Parameters
+    ----------
+    roi : (m,) int64 ascending vertex ids of the region, or None.
+    level : level of detail in 0..1 (Eq. 16); 0 shows the base shape.
+    source : the source curve that waits for its target, or None.
+    strokes : source curves with their targets; all are solved together.
+    options : how the edit is solved.
+    """
+
+    roi: I64 | None = None
+    level: float = 0.0
+    source: Source | None = None
+    strokes: tuple[Stroke, ...] = ()
+    options: EditOptions = field(default_factory=EditOptions)
+
+    def with_roi(self, roi: I64 | None) -> Draft:
+        """Return the draft with another region (or none); its curves go, level and options stay."""
+        return replace(self, roi=roi, source=None, strokes=())
+
+    def edit(self) -> SketchEdit | None:
+        """Return the step that `apply` would add, or None while there is no stroke."""
+        if self.roi is None or not self.strokes:
+            return None
+        return SketchEdit(self.roi, self.level, self.strokes, self.options)
+
+
+@dataclass(frozen=True, eq=False)
+class Document:
+    """What is open. It never changes: every action makes a new one that shares the arrays.
+
+    Parameters
+    ----------
+    original : the mesh as it was opened.
+    mesh : the mesh with all steps of `recipe` applied.
+    recipe : the steps applied so far.
+    draft : the edit being prepared.
+    name : file name without folder, for the title.
+    unit : "mm", "cm", "m" or "in": what one mesh unit is.
+    regions : named regions, name to vertex ids.
+    """
+
+    original: Mesh
+    mesh: Mesh
+    recipe: Recipe
+    draft: Draft = field(default_factory=Draft)
+    name: str = ""
+    unit: str = "mm"
+    regions: Mapping[str, I64] = field(default_factory=lambda: MappingProxyType({}))
+
+    @classmethod
+    def open(cls, mesh: Mesh, name: str = "", unit: str = "mm") -> Document:
+        """Return the document of a mesh that was just opened."""
+        return cls(mesh, mesh, Recipe(digest=mesh.digest), name=name, unit=unit)
+
+    def with_draft(self, draft: Draft) -> Document:
+        """Return the document with another draft."""
+        return replace(self, draft=draft)
+
+    def with_step(self, step: Step, mesh: Mesh) -> Document:
+        """Return the document after `step`, whose result on the current mesh is `mesh`.
+
+        The region and its level stay chosen as long as the faces are the same; the curves go.
+        """
+        same_faces = mesh.faces is self.mesh.faces
+        draft = self.draft.with_roi(self.draft.roi if same_faces else None)
+        regions = self.regions if same_faces else MappingProxyType({})
+        return replace(
+            self, mesh=mesh, recipe=self.recipe.with_step(step), draft=draft, regions=regions
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """One place in the history: a document, what led to it, and where it came from."""
+
+    id: int
+    parent: int | None
+    document: Document
+    label: str
+    name: str = ""
+    time: float = 0.0
+
+
+class History:
+    """The tree of all documents since opening; undo and redo walk it, nothing is cut off.
+
+    Parameters
+    ----------
+    document : the first document.
+    label : what the list shows for it.
+    """
+
+    def __init__(self, document: Document, label: str = "Opened") -> None:
+        self._ids = itertools.count(1)
+        root = Moment(0, None, document, label, time=time.time())
+        self.moments: dict[int, Moment] = {0: root}
+        self.current_id = 0
+        self._redo: dict[int, int] = {}
+
+    @property
+    def current(self) -> Document:
+        """The document that is open now."""
+        return self.moments[self.current_id].document
+
+    def add(self, document: Document, label: str) -> Moment:
+        """Make `document` the current one, as a child of the one before."""
+        moment = Moment(next(self._ids), self.current_id, document, label, time=time.time())
+        self.moments[moment.id] = moment
+        self._redo[self.current_id] = moment.id
+        self.current_id = moment.id
+        return moment
+
+    def amend(self, document: Document) -> None:
+        """Replace the current moment's document (a slide of the level is one moment, not fifty)."""
+        self.moments[self.current_id] = replace(self.moments[self.current_id], document=document)
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is a moment before this one."""
+        return self.moments[self.current_id].parent is not None
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether something was undone from here."""
+        return self.current_id in self._redo
+
+    def undo(self) -> Document:
+        """Go to the parent, if there is one, and return its document."""
+        parent = self.moments[self.current_id].parent
+        if parent is not None:
+            self._redo[parent] = self.current_id
+            self.current_id = parent
+        return self.current
+
+    def redo(self) -> Document:
+        """Go to the child that was left last, if there is one, and return its document."""
+        self.current_id = self._redo.get(self.current_id, self.current_id)
+        return self.current
+
+    def go(self, moment_id: int) -> Document:
+        """Go to any moment; redo will lead along the way back down to it."""
+        child = moment_id
+        parent = self.moments[child].parent
+        while parent is not None:
+            self._redo[parent] = child
+            child, parent = parent, self.moments[parent].parent
+        self.current_id = moment_id
+        return self.current
+
+    def rename(self, moment_id: int, name: str) -> None:
+        """Give a moment a name: it is then a variant."""
+        self.moments[moment_id] = replace(self.moments[moment_id], name=name)

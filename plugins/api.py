@@ -1,0 +1,192 @@
+"""All that an author of an edit tool imports.
+
+A *tool* is what a person holds: it turns pointer events into a new document or a step. A *step* is
+what a recipe holds: resolved data with one `apply(mesh, run)`. An ordinary plugin is one small file
+with one of each, offered through the entry-point groups `eigenform.tools` and `eigenform.steps`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal, Protocol
+
+from engine import (
+    Document,
+    Draft,
+    EngineError,
+    Mesh,
+    Run,
+    Source,
+    Step,
+    Stroke,
+    View,
+)
+from engine.arrays import F64, I64
+
+API_VERSION = 1
+
+Role = Literal["region", "rim", "source", "target", "pin", "guide"]
+
+
+@dataclass(frozen=True)
+class Pointer:
+    """One event of mouse, pen or touchpad, in logical pixels from the viewport's top left corner."""
+
+    kind: Literal["press", "move", "release", "hover"]
+    x: float
+    y: float
+    pressure: float = 1.0
+    pen: bool = False
+    eraser: bool = False
+    shift: bool = False
+    ctrl: bool = False
+    alt: bool = False
+    time: float = 0.0
+
+    @property
+    def xy(self) -> tuple[float, float]:
+        """Position in logical pixels."""
+        return (self.x, self.y)
+
+
+@dataclass(frozen=True, eq=False)
+class Hit:
+    """What lies under a pixel: the face, its nearest vertex, and the point on the surface."""
+
+    face: int
+    vertex: int
+    point: F64
+
+
+class Context(Protocol):
+    """What a tool sees of the window and may do with it."""
+
+    @property
+    def document(self) -> Document:
+        """The document as it is now."""
+        ...
+
+    @property
+    def options(self) -> Any:
+        """The tool's options, an instance of `Tool.Options`, as the person set them."""
+        ...
+
+    @property
+    def view(self) -> View:
+        """The camera as it is now."""
+        ...
+
+    @property
+    def shown(self) -> Mesh:
+        """The surface as it is displayed now (at the level, or deformed)."""
+        ...
+
+    def pick(self, x: float, y: float) -> Hit | None:
+        """Return what is visible at a pixel, or None over the background."""
+        ...
+
+    def vertices_inside(self, polygon: F64, through: bool = False) -> I64:
+        """Return ids of the vertices inside a closed lasso (p, 2) px, the visible ones or all."""
+        ...
+
+    def faces_under(self, path: F64) -> I64:
+        """Return ids of the visible faces below a path (p, 2) px, in the path's order."""
+        ...
+
+    def draw(self, path: F64, role: Role, closed: bool = False) -> None:
+        """Show ink (p, 2) px over the scene until the gesture ends."""
+        ...
+
+    def preview(self, change: Document | Step) -> None:
+        """Show what `change` would give, as soon as it is computed; the newest wins."""
+        ...
+
+    def say(self, text: str) -> None:
+        """Put a sentence where the hint is, until the gesture ends."""
+        ...
+
+
+Result = Document | Step | None
+Gesture = Generator[None, Pointer, Result]
+
+
+@dataclass(frozen=True)
+class NoOptions:
+    """For tools without options."""
+
+
+class Tool:
+    """Base of all tools.
+
+    A tool is a generator: `gesture` gets the press, receives every further event by `yield`, and
+    returns a document, a step to apply, or None. Escape closes the generator. Example::
+
+        def gesture(self, context, pointer):
+            path = [pointer.xy]
+            while pointer.kind != "release":
+                pointer = yield
+                path.append(pointer.xy)
+                context.draw(np.array(path), "region")
+            return ...
+
+    Attributes
+    ----------
+    id : unique and stable, the name of its entry point.
+    title, tip : a word and a sentence for the tool rail.
+    icon : name of an icon (Material Design icons, e.g. "mdi6.lasso").
+    shortcut : one key.
+    label : what the history says after a gesture.
+    Options : a frozen dataclass of plain fields (bool, int, float, str, Literal); field metadata
+        may give "label", "tip", "min", "max", "step", "unit". The window makes the controls.
+    """
+
+    id: ClassVar[str]
+    title: ClassVar[str]
+    tip: ClassVar[str] = ""
+    icon: ClassVar[str] = "mdi6.puzzle"
+    shortcut: ClassVar[str] = ""
+    label: ClassVar[str] = ""
+    order: ClassVar[int] = 100
+    Options: ClassVar[type] = NoOptions
+
+    def available(self, document: Document) -> bool:
+        """Whether the tool can be used on this document now."""
+        return True
+
+    def hint(self, document: Document) -> str:
+        """Say in one line what to do next with this tool."""
+        return self.tip
+
+    def gesture(self, context: Context, pointer: Pointer) -> Gesture:
+        """Handle one press, its moves and its release."""
+        raise NotImplementedError
+
+    def enter(self, context: Context) -> Result:
+        """Do what Enter or the Apply button asks for; None when there is nothing to apply."""
+        edit = context.document.draft.edit()
+        return edit
+
+
+__all__ = [
+    "API_VERSION",
+    "Context",
+    "Document",
+    "Draft",
+    "EngineError",
+    "F64",
+    "Gesture",
+    "Hit",
+    "I64",
+    "Mesh",
+    "NoOptions",
+    "Pointer",
+    "Result",
+    "Role",
+    "Run",
+    "Source",
+    "Step",
+    "Stroke",
+    "Tool",
+    "View",
+]
