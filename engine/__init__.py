@@ -1,7 +1,7 @@
 """Numbers only: no Qt, no VTK. Everything here works headless and from a script."""
 
 from engine.arrays import B1, F64, I64
-from engine.document import Document, Draft, History, Moment
+from engine.document import Document, Draft, History, HistoryState, Moment
 from engine.edit import EditOptions, SketchEdit, Source, Stroke
 from engine.errors import (
     Cancelled,

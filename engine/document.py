@@ -7,11 +7,15 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+from typing import TypeVar
 
 from engine.arrays import I64
 from engine.edit import EditOptions, SketchEdit, Source, Stroke
 from engine.mesh import Mesh
 from engine.recipe import Recipe, Step
+from engine.view import View
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +61,7 @@ class Document:
     name : file name without folder, for the title.
     unit : "mm", "cm", "m" or "in": what one mesh unit is.
     regions : named regions, name to vertex ids.
+    views : named cameras.
     """
 
     original: Mesh
@@ -66,6 +71,7 @@ class Document:
     name: str = ""
     unit: str = "mm"
     regions: Mapping[str, I64] = field(default_factory=lambda: MappingProxyType({}))
+    views: Mapping[str, View] = field(default_factory=lambda: MappingProxyType({}))
 
     @classmethod
     def open(cls, mesh: Mesh, name: str = "", unit: str = "mm") -> Document:
@@ -75,6 +81,14 @@ class Document:
     def with_draft(self, draft: Draft) -> Document:
         """Return the document with another draft."""
         return replace(self, draft=draft)
+
+    def with_region(self, name: str, roi: I64 | None) -> Document:
+        """Return the document with a region kept under `name`; None forgets it."""
+        return replace(self, regions=_with_entry(self.regions, name, roi))
+
+    def with_view(self, name: str, view: View | None) -> Document:
+        """Return the document with a camera kept under `name`; None forgets it."""
+        return replace(self, views=_with_entry(self.views, name, view))
 
     def with_step(self, step: Step, mesh: Mesh) -> Document:
         """Return the document after `step`, whose result on the current mesh is `mesh`.
@@ -89,6 +103,13 @@ class Document:
         )
 
 
+def _with_entry(entries: Mapping[str, T], name: str, value: T | None) -> Mapping[str, T]:
+    changed = {key: kept for key, kept in entries.items() if key != name}
+    if value is not None:
+        changed[name] = value
+    return MappingProxyType(changed)
+
+
 @dataclass(frozen=True, eq=False)
 class Moment:
     """One place in the history: a document, what led to it, and where it came from."""
@@ -99,6 +120,27 @@ class Moment:
     label: str
     name: str = ""
     time: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class HistoryState:
+    """All of a history as it was at one time, for whoever writes it down in another thread.
+
+    Parameters
+    ----------
+    moments : every moment by its id; the root is the one without a parent.
+    current_id : the moment that is open.
+    redo : for a moment that was left upwards, the child that redo leads to.
+    """
+
+    moments: Mapping[int, Moment]
+    current_id: int
+    redo: Mapping[int, int] = field(default_factory=lambda: MappingProxyType({}))
+
+    @property
+    def current(self) -> Document:
+        """The document that is open."""
+        return self.moments[self.current_id].document
 
 
 class History:
@@ -116,6 +158,20 @@ class History:
         self.moments: dict[int, Moment] = {0: root}
         self.current_id = 0
         self._redo: dict[int, int] = {}
+
+    @classmethod
+    def from_state(cls, state: HistoryState) -> History:
+        """Return a history that goes on where `state` was taken."""
+        history = cls(state.current)
+        history.moments = dict(state.moments)
+        history.current_id = state.current_id
+        history._redo = dict(state.redo)
+        history._ids = itertools.count(max(state.moments) + 1)
+        return history
+
+    def state(self) -> HistoryState:
+        """Return all of it as it is now; what happens later does not change the answer."""
+        return HistoryState(dict(self.moments), self.current_id, dict(self._redo))
 
     @property
     def current(self) -> Document:
