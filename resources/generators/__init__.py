@@ -1,0 +1,1 @@
+"""The code that made the sample meshes; needed only to make them again."""
