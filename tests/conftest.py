@@ -1,0 +1,142 @@
+"""What every test is held to: no stray warning, log record, thread or VTK window outlives it."""
+
+from __future__ import annotations
+
+import gc
+import logging
+import os
+import shutil
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+OURS = ("app", "engine", "plugins", "resources")
+# Threads that belong to libraries and live as long as the process.
+LASTING_THREADS = ("pytest_timeout", "Dummy-", "execnet", "pydevd", "QThread", "tokio")
+
+_xvfb: subprocess.Popen[bytes] | None = None
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Give each parallel worker a screen of its own, so that none takes another's focus."""
+    global _xvfb
+    parallel = "PYTEST_XDIST_WORKER" in os.environ
+    if not parallel or not sys.platform.startswith("linux") or shutil.which("Xvfb") is None:
+        return
+    reader, writer = os.pipe()
+    command = [
+        "Xvfb",
+        "-displayfd",
+        str(writer),
+        "-screen",
+        "0",
+        "1600x1200x24",
+        "-nolisten",
+        "tcp",
+    ]
+    _xvfb = subprocess.Popen(command, pass_fds=[writer], stderr=subprocess.DEVNULL)
+    os.close(writer)
+    with os.fdopen(reader) as answer:
+        number = answer.readline().strip()
+    if number:
+        os.environ["DISPLAY"] = f":{number}"
+        os.environ.pop("XAUTHORITY", None)
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """Stop this worker's screen."""
+    if _xvfb is not None:
+        _xvfb.terminate()
+        _xvfb.wait(timeout=10)
+
+
+@pytest.fixture(scope="session")
+def shared_meshes() -> Path:
+    """Folder of real and broken meshes beside the repository; the test is skipped without it."""
+    folder = ROOT.parent / "shared" / "meshes"
+    if not folder.is_dir():
+        pytest.skip(f"no shared meshes beside the repository ({folder.name} is absent)")
+    return folder
+
+
+@pytest.fixture
+def artefacts(request: pytest.FixtureRequest) -> Path:
+    """Folder for pictures that a person looks at after the run; one for each test file."""
+    folder = ROOT / "artefacts" / Path(str(request.path)).stem
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+class _Warnings(logging.Handler):
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self.records: list[logging.LogRecord] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        if record.name.split(".")[0] in OURS:
+            self.records.append(record)
+
+
+@pytest.fixture(autouse=True)
+def _no_logged_warning(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Fail on a warning that our code logs, unless the test asks for `caplog` to look at it."""
+    handler = _Warnings()
+    logging.getLogger().addHandler(handler)
+    yield
+    logging.getLogger().removeHandler(handler)
+    if handler.records and "caplog" not in request.fixturenames:
+        lines = [f"{r.name}: {r.getMessage()}" for r in handler.records]
+        pytest.fail("logged and not expected:\n" + "\n".join(lines), pytrace=False)
+
+
+def _threads() -> set[threading.Thread]:
+    return {t for t in threading.enumerate() if not t.name.startswith(LASTING_THREADS)}
+
+
+@pytest.fixture(autouse=True)
+def _no_leaked_thread() -> Iterator[None]:
+    """Fail when a thread that the test started still runs two seconds after it."""
+    before = _threads()
+    yield
+    limit = time.monotonic() + 2.0
+    while (left := _threads() - before) and time.monotonic() < limit:
+        time.sleep(0.02)
+    if left:
+        names = ", ".join(sorted(t.name for t in left))
+        pytest.fail(f"threads still running: {names}", pytrace=False)
+
+
+@pytest.fixture(autouse=True)
+def _no_leaked_render_window(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Fail when a VTK render window outlives a test that used Qt (30 MB each)."""
+    if "qtbot" not in request.fixturenames:
+        yield
+        return
+    before = {id(o) for o in _render_windows()}
+    yield
+    from PySide6.QtCore import QCoreApplication, QEvent
+
+    # Without this deleteLater never runs, because no event loop is left.
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    gc.collect()
+    left = [type(o).__name__ for o in _render_windows() if id(o) not in before]
+    if left:
+        pytest.fail(f"render windows outlive the test: {', '.join(left)}", pytrace=False)
+
+
+def _render_windows() -> list[object]:
+    vtk_core = sys.modules.get("vtkmodules.vtkRenderingCore")
+    if vtk_core is None:
+        return []
+    kind = vtk_core.vtkRenderWindow
+    return [
+        o
+        for o in gc.get_objects()
+        if type(o).__module__.startswith("vtkmodules") and isinstance(o, kind)
+    ]
