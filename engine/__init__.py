@@ -1,6 +1,7 @@
 """Numbers only: no Qt, no VTK. Everything here works headless and from a script."""
 
 from engine.arrays import B1, F64, I64
+from engine.detail import Decomposition, decompose, decompose_stream
 from engine.document import Document, Draft, History, HistoryState, Moment
 from engine.edit import EditOptions, SketchEdit, Source, Stroke
 from engine.errors import (
@@ -14,6 +15,9 @@ from engine.errors import (
     SolveError,
 )
 from engine.mesh import Mesh, Topology
+from engine.operators import cotangent_stiffness, mean_curvature, vertex_areas
 from engine.recipe import Kinds, Recipe, Step, UnknownStep, replay
+from engine.region import Region
 from engine.run import Memo, Run
+from engine.solve import Factor, factorise
 from engine.view import View
