@@ -190,6 +190,19 @@ class History:
         """Replace the current moment's document (a slide of the level is one moment, not fifty)."""
         self.moments[self.current_id] = replace(self.moments[self.current_id], document=document)
 
+    def take_back(self) -> Document:
+        """Forget the current moment, which turned out impossible, and return its parent's document.
+
+        Only a moment without children is forgotten; the first one never is.
+        """
+        moment = self.moments[self.current_id]
+        childless = all(other.parent != moment.id for other in self.moments.values())
+        if moment.parent is not None and childless:
+            del self.moments[moment.id]
+            self._redo = {k: v for k, v in self._redo.items() if v != moment.id}
+            self.current_id = moment.parent
+        return self.current
+
     @property
     def can_undo(self) -> bool:
         """Whether there is a moment before this one."""

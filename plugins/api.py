@@ -137,6 +137,9 @@ class Tool:
     icon : name of an icon (Material Design icons, e.g. "mdi6.lasso").
     shortcut : one key.
     label : what the history says after a gesture.
+    order : place in the tool rail, small numbers first.
+    repeats : whether the tool stays in hand after a gesture; if not, the flow goes on with the
+        tool that `claims` the new document.
     Options : a frozen dataclass of plain fields (bool, int, float, str, Literal); field metadata
         may give "label", "tip", "min", "max", "step", "unit". The window makes the controls.
     """
@@ -148,11 +151,16 @@ class Tool:
     shortcut: ClassVar[str] = ""
     label: ClassVar[str] = ""
     order: ClassVar[int] = 100
+    repeats: ClassVar[bool] = True
     Options: ClassVar[type] = NoOptions
 
     def available(self, document: Document) -> bool:
         """Whether the tool can be used on this document now."""
         return True
+
+    def claims(self, document: Document) -> bool:
+        """Whether this tool is the natural next one for a document: the flow hands over to it."""
+        return False
 
     def hint(self, document: Document) -> str:
         """Say in one line what to do next with this tool."""
