@@ -1,0 +1,383 @@
+"""A history as plain JSON and arrays that are stored once: what archive and journal both write.
+
+A mesh whose faces were seen before is written as the rows that differ from the first mesh with
+these faces, bit for bit; nothing depends on a chain of earlier steps.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import weakref
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.document import Document, HistoryState, Moment
+from engine.errors import EngineError, FileError
+from engine.mesh import Mesh
+from engine.plain import INLINE, Fetch, dataclass_from_plain, to_plain
+from engine.recipe import Kinds, Recipe, Step, UnknownStep
+
+APART = ("original", "mesh", "recipe")
+"""Fields of a document that have tables of their own."""
+
+Store = Callable[[str, NDArray[Any]], None]
+Enter = Callable[[str, str, dict[str, Any]], None]
+
+
+def stored_form(array: NDArray[Any]) -> NDArray[Any]:
+    """Return `array` as it is written: C order, little-endian, ids in 4 bytes where they fit."""
+    kind = array.dtype.kind
+    if kind in "iu":
+        small = array.size == 0 or (array.min() >= -(2**31) and array.max() < 2**31)
+        return np.ascontiguousarray(array, dtype="<i4" if small else "<i8")
+    return np.ascontiguousarray(array, dtype={"f": "<f8", "b": "|b1"}[kind])
+
+
+def array_key(array: NDArray[Any]) -> str:
+    """Return the SHA-256 of a stored array's type, shape and bytes, 64 hexadecimal digits."""
+    digest = hashlib.sha256(f"{array.dtype.str}{array.shape}".encode())
+    digest.update(array.data if array.size else b"")
+    return digest.hexdigest()
+
+
+class KeysByIdentity:
+    """Keys of objects that never change, remembered for as long as the objects live."""
+
+    def __init__(self) -> None:
+        self._keys: dict[int, tuple[weakref.ref[Any], str]] = {}
+
+    def get(self, thing: Any) -> str | None:
+        """Return the key of this very object, or None."""
+        found = self._keys.get(id(thing))
+        return found[1] if found is not None and found[0]() is thing else None
+
+    def set(self, thing: Any, key: str) -> None:
+        """Remember the key of an object."""
+        number = id(thing)
+        # An id is used again once its object is gone: only the entry that is still ours may go.
+        self._keys[number] = (weakref.ref(thing, lambda gone: self._forget(number, gone)), key)
+
+    def _forget(self, number: int, gone: weakref.ref[Any]) -> None:
+        if self._keys.get(number, (None,))[0] is gone:
+            del self._keys[number]
+
+
+class Packer:
+    """Turns documents into JSON; every array, mesh and step is handed out once.
+
+    Parameters
+    ----------
+    store : called with (key, array in its stored form) for every array not seen before.
+    enter : called with (table, key, entry) for every mesh and step not seen before; whatever an
+        entry refers to has been handed out by then.
+    """
+
+    def __init__(self, store: Store, enter: Enter) -> None:
+        self._store = store
+        self._enter = enter
+        self._stored: set[str] = set()
+        self._arrays = KeysByIdentity()
+        self._meshes = KeysByIdentity()
+        self._steps = KeysByIdentity()
+        self._bases: dict[str, tuple[str, Mesh]] = {}
+        self._count = 0
+
+    def array(self, array: NDArray[Any]) -> str:
+        """Return the key of an array, storing it if it is new."""
+        key = self._arrays.get(array)
+        if key is None:
+            form = stored_form(array)
+            key = array_key(form)
+            if key not in self._stored:
+                self._stored.add(key)
+                self._store(key, form)
+            if not array.flags.writeable:
+                self._arrays.set(array, key)
+        return key
+
+    def mesh(self, mesh: Mesh) -> str:
+        """Return the key of a mesh, entering it if it is new."""
+        key = self._meshes.get(mesh)
+        if key is None:
+            faces = self.array(mesh.faces)
+            base = self._bases.get(faces)
+            entry = None if base is None else self._rows(mesh, *base)
+            if entry is None:
+                entry = {"faces": faces, "vertices": self.array(mesh.vertices)}
+            key = self._entered("meshes", "m", entry)
+            self._meshes.set(mesh, key)
+            self._bases.setdefault(faces, (key, mesh))
+        return key
+
+    def _rows(self, mesh: Mesh, base_key: str, base: Mesh) -> dict[str, Any] | None:
+        if mesh.n != base.n:
+            return None
+        # Compared as bit patterns: -0.0 and 0.0 are not the same bytes.
+        differs = (mesh.vertices.view(np.int64) != base.vertices.view(np.int64)).any(axis=1)
+        rows = np.flatnonzero(differs)
+        if 2 * len(rows) > mesh.n:
+            return None
+        values = self.array(mesh.vertices[rows])
+        return {"base": base_key, "rows": self.array(rows), "values": values}
+
+    def step(self, step: Step) -> str:
+        """Return the key of a step, entering it if it is new."""
+        key = self._steps.get(step)
+        if key is None:
+            kind = step.name if isinstance(step, UnknownStep) else step.kind
+            data = step.to_json()
+            json.dumps(data, allow_nan=False)
+            entry: dict[str, Any] = {"kind": kind, "data": data}
+            if not _mentions(data, "array"):
+                entry["data"] = self._lists_apart(data)
+                entry["apart"] = True
+            key = self._entered("steps", "s", entry)
+            self._steps.set(step, key)
+        return key
+
+    def _lists_apart(self, data: Any) -> Any:
+        """Return JSON data with its long lists of numbers stored as arrays."""
+        if isinstance(data, dict):
+            return {key: self._lists_apart(entry) for key, entry in data.items()}
+        if not isinstance(data, list | tuple):
+            return data
+        array = _numbers(data)
+        if array is not None and array.size >= INLINE:
+            return {"array": self.array(array)}
+        return [self._lists_apart(entry) for entry in data]
+
+    def _entered(self, table: str, letter: str, entry: dict[str, Any]) -> str:
+        key = f"{letter}{self._count}"
+        self._count += 1
+        self._enter(table, key, entry)
+        return key
+
+    def document(self, document: Document) -> dict[str, Any]:
+        """Return a document as JSON data."""
+        recipe = document.recipe
+        data: dict[str, Any] = {
+            "original": self.mesh(document.original),
+            "mesh": self.mesh(document.mesh),
+            "steps": [self.step(step) for step in recipe.steps],
+            "digest": recipe.digest,
+            "muted": sorted(recipe.muted),
+        }
+        for field in dataclasses.fields(document):
+            if field.name not in APART:
+                data[field.name] = to_plain(getattr(document, field.name), self.array)
+        return data
+
+    def moment(self, moment: Moment) -> dict[str, Any]:
+        """Return a moment of the history as JSON data."""
+        return {
+            "id": moment.id,
+            "parent": moment.parent,
+            "label": moment.label,
+            "name": moment.name,
+            "time": moment.time,
+            "document": self.document(moment.document),
+        }
+
+
+def _mentions(data: Any, word: str) -> bool:
+    if isinstance(data, dict):
+        return word in data or any(_mentions(entry, word) for entry in data.values())
+    return isinstance(data, list | tuple) and any(
+        _mentions(entry, word) for entry in data if isinstance(entry, dict | list | tuple)
+    )
+
+
+def _numbers(data: list[Any] | tuple[Any, ...]) -> NDArray[Any] | None:
+    """Return a list of numbers of one type, flat or in equal rows, as an array; else None."""
+    if not data:
+        return None
+    if all(type(entry) in (list, tuple) for entry in data):
+        flat = [number for row in data for number in row]
+        if len({len(row) for row in data}) != 1:
+            return None
+    else:
+        flat = list(data)
+    kinds = set(map(type, flat))
+    if kinds == {int}:
+        if not -(2**63) <= min(flat) <= max(flat) < 2**63:
+            return None
+        return np.array(data, dtype=np.int64)
+    return np.array(data, dtype=np.float64) if kinds == {float} else None
+
+
+class Unpacker:
+    """Builds documents again from what a `Packer` handed out.
+
+    Parameters
+    ----------
+    meshes, steps : the tables, key to entry.
+    fetch : returns the array of a key; raises `FileError` when it is not there or damaged.
+    kinds : the steps that are known, by their kind.
+    """
+
+    def __init__(
+        self,
+        meshes: Mapping[str, Any],
+        steps: Mapping[str, Any],
+        fetch: Fetch,
+        kinds: Kinds,
+    ) -> None:
+        self._meshes = meshes
+        self._steps = steps
+        self._fetch = fetch
+        self._kinds = kinds
+        self._made: dict[str, Any] = {}
+        self._by_faces: dict[tuple[str, int], Mesh] = {}
+
+    def mesh(self, key: Any) -> Mesh:
+        """Return the mesh of a key; meshes with the same faces share them."""
+        if key not in self._made:
+            entry = _entry(self._meshes, key, "surface")
+            try:
+                self._made[key] = self._full(entry) if "faces" in entry else self._moved(entry)
+            except (KeyError, TypeError, ValueError, IndexError) as error:
+                raise FileError(f"A surface in the file cannot be read: {error}.") from error
+        found: Mesh = self._made[key]
+        return found
+
+    def _full(self, entry: dict[str, Any]) -> Mesh:
+        vertices = self._fetch(entry["vertices"])
+        if vertices.dtype.kind != "f":
+            raise FileError("The positions of a surface in the file are not decimal numbers.")
+        shared = self._by_faces.get((entry["faces"], len(vertices)))
+        if shared is not None:
+            return shared.with_vertices(vertices)
+        mesh = Mesh(vertices, self._fetch(entry["faces"]))
+        self._by_faces[entry["faces"], len(vertices)] = mesh
+        return mesh
+
+    def _moved(self, entry: dict[str, Any]) -> Mesh:
+        if "faces" not in _entry(self._meshes, entry["base"], "surface"):
+            raise FileError("A surface in the file refers to one that is not complete.")
+        base = self.mesh(entry["base"])
+        rows = self._fetch(entry["rows"])
+        values = self._fetch(entry["values"])
+        good = rows.ndim == 1 and rows.dtype.kind == "i" and values.shape == (len(rows), 3)
+        if not good or (len(rows) and not 0 <= rows.min() <= rows.max() < base.n):
+            raise FileError("The moved points of a surface in the file do not fit it.")
+        if len(rows) == 0:
+            return base
+        vertices = base.vertices.copy()
+        vertices[rows] = values
+        vertices.flags.writeable = False
+        return base.with_vertices(vertices)
+
+    def step(self, key: Any) -> Step:
+        """Return the step of a key; one whose kind is not known is kept as it was written."""
+        if key not in self._made:
+            entry = _entry(self._steps, key, "step")
+            kind = entry.get("kind")
+            data = self._lists_back(entry["data"]) if entry.get("apart") else entry.get("data")
+            if not isinstance(kind, str) or not isinstance(data, dict):
+                raise FileError("A step in the file has no kind or no data.")
+            known = self._kinds.get(kind)
+            step: Step
+            try:
+                step = UnknownStep(kind, data) if known is None else known.from_json(data)
+            except EngineError:
+                raise
+            except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
+                raise FileError(f"A step in the file ({kind}) cannot be read: {error}.") from error
+            self._made[key] = step
+        found: Step = self._made[key]
+        return found
+
+    def _lists_back(self, data: Any) -> Any:
+        if isinstance(data, dict):
+            if set(data) == {"array"} and isinstance(data["array"], str):
+                return self._fetch(data["array"]).tolist()
+            return {key: self._lists_back(entry) for key, entry in data.items()}
+        return [self._lists_back(entry) for entry in data] if isinstance(data, list) else data
+
+    def document(self, data: Any) -> Document:
+        """Return a document; its ids are checked against its mesh."""
+        if not isinstance(data, dict):
+            raise FileError("A document in the file has no data.")
+        steps, muted = data.get("steps"), data.get("muted", [])
+        if not isinstance(steps, list) or not isinstance(muted, list):
+            raise FileError("A document in the file has no list of steps.")
+        if not all(type(i) is int and 0 <= i < len(steps) for i in muted):
+            raise FileError("A document in the file mutes a step that it does not have.")
+        recipe = Recipe(
+            tuple(self.step(key) for key in steps), str(data.get("digest", "")), frozenset(muted)
+        )
+        given = {
+            "original": self.mesh(data.get("original")),
+            "mesh": self.mesh(data.get("mesh")),
+            "recipe": recipe,
+        }
+        document = dataclass_from_plain(Document, data, self._fetch, given)
+        _check_ids(document)
+        return document
+
+    def moment(self, data: Any) -> Moment:
+        """Return a moment of the history."""
+        if not isinstance(data, dict):
+            raise FileError("A moment in the file has no data.")
+        given = {"document": self.document(data.get("document"))}
+        moment = dataclass_from_plain(Moment, data, self._fetch, given)
+        if moment.id < 0 or moment.parent == moment.id:
+            raise FileError("A moment in the file has a number that cannot be.")
+        return moment
+
+
+def _entry(table: Mapping[str, Any], key: Any, what: str) -> dict[str, Any]:
+    entry = table.get(key) if isinstance(key, str) else None
+    if not isinstance(entry, dict):
+        raise FileError(f"A {what} that the file refers to is not in it.")
+    return entry
+
+
+def _check_ids(document: Document) -> None:
+    """Refuse vertex ids that the document's mesh does not have, and a level outside 0 to 1."""
+    draft = document.draft
+    groups = [stroke.anchors for stroke in draft.strokes] + list(document.regions.values())
+    if draft.source is not None:
+        groups.append(draft.source.anchors)
+    if draft.roi is not None:
+        groups.append(draft.roi)
+    n = document.mesh.n
+    for ids in groups:
+        if ids.ndim != 1 or (len(ids) and not 0 <= ids.min() <= ids.max() < n):
+            raise FileError(f"A region or curve in the file names a vertex outside 0 to {n - 1}.")
+    for stroke in draft.strokes:
+        if stroke.target.shape != (len(stroke.anchors), 2):
+            raise FileError("A stroke in the file has not one target point for each anchor.")
+    if not 0.0 <= draft.level <= 1.0:
+        raise FileError(f"The level {draft.level:g} in the file is not between 0 and 1.")
+
+
+def history_state(
+    moments: Mapping[int, Moment], current_id: int, redo: Mapping[int, int]
+) -> tuple[HistoryState, int]:
+    """Return a whole tree from the moments that could be read, and how many were hung elsewhere.
+
+    A moment whose parent is lost becomes a child of the root; without its root, the tree grows
+    from the moment with the smallest number. Whatever was open and is lost gives way to the newest.
+    """
+    if not moments:
+        raise FileError("The file holds no surface that could be read.")
+    root = min(moments, key=lambda i: (moments[i].parent is not None, i))
+    kept: dict[int, Moment] = {}
+    rehung = 0
+    for i in sorted(moments):
+        moment = moments[i]
+        parent = None if i == root else moment.parent
+        # Parents are older than their children, so that no ring can form.
+        if i != root and (parent not in kept):
+            parent = root
+            rehung += 1
+        kept[i] = dataclasses.replace(moment, parent=parent)
+    links = {k: v for k, v in redo.items() if k in kept and v in kept and kept[v].parent == k}
+    open_id = current_id if current_id in kept else max(kept)
+    return HistoryState(kept, open_id, links), rehung
