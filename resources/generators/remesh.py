@@ -33,13 +33,21 @@ def polygonise(form: Form, lower: Points, upper: Points, step: float) -> tuple[P
 
 
 def remesh(
-    vertices: Points, faces: Faces, edge: float, rounds: int = 12, crease: float = 120.0
+    vertices: Points,
+    faces: Faces,
+    edge: float,
+    crease: float = 120.0,
+    only: NDArray[np.bool_] | None = None,
 ) -> tuple[Points, Faces]:
-    """Return an isotropic remeshing with the given edge length (mm)."""
+    """Return an isotropic remeshing with the given edge length (mm), of all or masked vertices."""
     meshes = pymeshlab.MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+    chosen = np.ones(len(vertices)) if only is None else only.astype(float)
+    meshes.add_mesh(pymeshlab.Mesh(vertices, faces, v_scalar_array=chosen))
+    meshes.compute_selection_by_condition_per_vertex(condselect="q > 0.5")
+    meshes.compute_selection_transfer_vertex_to_face()
     meshes.meshing_isotropic_explicit_remeshing(
-        iterations=rounds,
+        iterations=12,
+        selectedonly=only is not None,
         targetlen=pymeshlab.PureValue(edge),
         featuredeg=crease,
         checksurfdist=False,
@@ -84,12 +92,24 @@ def relax(form: Form, vertices: Points, faces: Faces, rounds: int = 10) -> Point
 
 
 def mesh_form(
-    form: Form, lower: Points, upper: Points, step: float, edge: float
+    form: Form,
+    lower: Points,
+    upper: Points,
+    step: float,
+    edge: float,
+    fine: tuple[Callable[[Points], NDArray[np.bool_]], float] | None = None,
 ) -> tuple[Points, Faces]:
-    """Return an irregular triangle mesh of a form's zero set, its vertices exactly on it."""
+    """Return an irregular triangle mesh of a form's zero set, its vertices exactly on it.
+
+    ``fine`` names a part to mesh with another edge length.
+    """
     vertices, faces = polygonise(form, lower, upper, step)
     vertices = project(form, vertices, steps=3)
     vertices, faces = remesh(vertices, faces, edge)
+    if fine is not None:
+        part, fine_edge = fine
+        vertices = project(form, vertices)
+        vertices, faces = remesh(vertices, faces, fine_edge, only=part(vertices))
     vertices = relax(form, vertices, faces)
     return vertices, outward(vertices, faces)
 
