@@ -1,7 +1,8 @@
 """Numbers only: no Qt, no VTK. Everything here works headless and from a script."""
 
 from engine.arrays import B1, F64, I64
-from engine.detail import Decomposition, decompose, decompose_stream
+from engine.data_step import DataStep, ids_from_text, ids_to_text
+from engine.detail import Decomposition, decompose, decompose_stream, decompose_until
 from engine.document import Document, Draft, History, HistoryState, Moment
 from engine.edit import EditOptions, SketchEdit, Source, Stroke
 from engine.errors import (

@@ -181,6 +181,16 @@ def decompose(
     return last
 
 
+def decompose_until(
+    mesh: Mesh, roi: ArrayLike, level: float, rim: Rim = "smooth", run: Run | None = None
+) -> Decomposition:
+    """Return the decomposition with just the modes that the level 0..1 needs (none for 0)."""
+    for parts in decompose_stream(mesh, roi, None, rim, run):
+        if parts.reaches(level):
+            break
+    return parts
+
+
 def default_modes(m: int) -> int:
     """Return how many modes are computed unless told: all of a small region, else 100 to 500."""
     if m <= DENSE_LIMIT:

@@ -12,15 +12,23 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, Protocol
 
 from engine import (
+    DataStep,
+    Decomposition,
     Document,
     Draft,
     EngineError,
     Mesh,
+    Region,
     Run,
     Source,
     Step,
     Stroke,
     View,
+    cotangent_stiffness,
+    decompose,
+    decompose_until,
+    factorise,
+    vertex_areas,
 )
 from engine.arrays import F64, I64
 
@@ -31,7 +39,7 @@ Role = Literal["region", "rim", "source", "target", "pin", "guide"]
 
 @dataclass(frozen=True)
 class Pointer:
-    """One event of mouse, pen or touchpad, in logical pixels from the viewport's top left corner."""
+    """One event of mouse, pen or touchpad, in logical pixels from the top left corner."""
 
     kind: Literal["press", "move", "release", "hover"]
     x: float
@@ -138,6 +146,7 @@ class Tool:
     shortcut : one key.
     label : what the history says after a gesture.
     order : place in the tool rail, small numbers first.
+    live : whether what `enter` returns is previewed as the person sets the options.
     repeats : whether the tool stays in hand after a gesture; if not, the flow goes on with the
         tool that `claims` the new document.
     Options : a frozen dataclass of plain fields (bool, int, float, str, Literal); field metadata
@@ -151,6 +160,7 @@ class Tool:
     shortcut: ClassVar[str] = ""
     label: ClassVar[str] = ""
     order: ClassVar[int] = 100
+    live: ClassVar[bool] = False
     repeats: ClassVar[bool] = True
     Options: ClassVar[type] = NoOptions
 
@@ -172,13 +182,49 @@ class Tool:
 
     def enter(self, context: Context) -> Result:
         """Do what Enter or the Apply button asks for; None when there is nothing to apply."""
-        edit = context.document.draft.edit()
-        return edit
+        return context.document.draft.edit()
+
+
+class RegionTool(Tool):
+    """Base of tools that change the chosen region by numbers: options, a live preview, Enter.
+
+    A subclass says `step(roi, options, document)`; there is nothing to draw.
+    """
+
+    live: ClassVar[bool] = True
+
+    def available(self, document: Document) -> bool:
+        """There must be a region to work on."""
+        return document.draft.roi is not None
+
+    def hint(self, document: Document) -> str:
+        """Say what to set, and how to keep it."""
+        if document.draft.roi is None:
+            return "Choose a region first: press L and circle the part you want to change"
+        return f"{self.tip}. Enter applies it"
+
+    def gesture(self, context: Context, pointer: Pointer) -> Gesture:
+        """Take no strokes."""
+        yield from ()
+        return None
+
+    def enter(self, context: Context) -> Result:
+        """Return the step for the region and the options as they are."""
+        roi = context.document.draft.roi
+        if roi is None:
+            raise EngineError("There is no region. Press L and circle the part to change.")
+        return self.step(roi, context.options, context.document)
+
+    def step(self, roi: I64, options: Any, document: Document) -> Step:
+        """Return the step that these options ask for."""
+        raise NotImplementedError
 
 
 __all__ = [
     "API_VERSION",
     "Context",
+    "DataStep",
+    "Decomposition",
     "Document",
     "Draft",
     "EngineError",
@@ -189,6 +235,8 @@ __all__ = [
     "Mesh",
     "NoOptions",
     "Pointer",
+    "Region",
+    "RegionTool",
     "Result",
     "Role",
     "Run",
@@ -197,4 +245,9 @@ __all__ = [
     "Stroke",
     "Tool",
     "View",
+    "cotangent_stiffness",
+    "decompose",
+    "decompose_until",
+    "factorise",
+    "vertex_areas",
 ]

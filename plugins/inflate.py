@@ -1,0 +1,79 @@
+"""Inflate: push the region out along its normals, fading to nothing at the rim."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+
+from plugins.api import I64, DataStep, Document, Mesh, Region, RegionTool, Run, Step, factorise
+
+
+@dataclass(frozen=True, eq=False)
+class InflateStep(DataStep):
+    """Moves the region by `distance` mesh units at its middle, along the normals.
+
+    The weight is the height of a membrane under pressure (K u = M 1, u = 0 at the rim), scaled to
+    1 and eased, so that it leaves the rim without a crease.
+    """
+
+    roi: I64
+    distance: float
+    flatness: float = field(default=0.0, metadata={"min": 0.0, "max": 1.0})
+    kind: ClassVar[str] = "inflate"
+    label: ClassVar[str] = "Inflate"
+
+    def apply(self, mesh: Mesh, run: Run | None = None) -> Mesh:
+        """Return the inflated mesh."""
+        region = Region(mesh, self.roi)
+        height = factorise(region.stiffness_roi).solve(region.areas_roi[:, None])[:, 0]
+        share = np.clip(height / height.max(), 0.0, 1.0) ** (1.0 - 0.75 * self.flatness)
+        weight = share**2 * (3 - 2 * share)
+        vertices = mesh.vertices.copy()
+        normals = mesh.vertex_normals[region.roi]
+        vertices[region.roi] += self.distance * weight[:, None] * normals
+        return mesh.with_vertices(vertices)
+
+
+@dataclass(frozen=True)
+class InflateOptions:
+    """What the person sets."""
+
+    distance: float = field(
+        default=2.0,
+        metadata={
+            "label": "Distance",
+            "tip": "How far the middle moves out; negative moves it in",
+            "min": -100.0,
+            "max": 100.0,
+            "step": 0.5,
+            "unit": "mm",
+        },
+    )
+    flatness: float = field(
+        default=0.0,
+        metadata={
+            "label": "Flatness",
+            "tip": "0 is a dome, 1 a plateau with a soft edge",
+            "min": 0.0,
+            "max": 1.0,
+            "step": 0.05,
+        },
+    )
+
+
+class Inflate(RegionTool):
+    """Pushes the region out or in."""
+
+    id = "inflate"
+    title = "Inflate"
+    tip = "Push the region out along its normals, or in"
+    icon = "mdi6.arrow-expand-all"
+    label = "Inflate"
+    order = 130
+    Options = InflateOptions
+
+    def step(self, roi: I64, options: InflateOptions, document: Document) -> Step:
+        """Return the step for these options."""
+        return InflateStep(roi, options.distance, options.flatness)
