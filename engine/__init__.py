@@ -1,5 +1,6 @@
 """Numbers only: no Qt, no VTK. Everything here works headless and from a script."""
 
+from engine.archive import Archive, open_archive, save_archive
 from engine.arrays import B1, F64, I64
 from engine.data_step import DataStep, ids_from_text, ids_to_text
 from engine.detail import Decomposition, decompose, decompose_stream, decompose_until

@@ -1,9 +1,10 @@
 """The `.eigenform` document file: one zip of a JSON manifest, arrays and pictures.
 
 Layout: `mimetype`, `manifest.json`, `arrays/<sha-256>.npy` for every array once,
-`pictures/<id>.png` for the moments, and `manifest-copy.json` at the end. Nothing is compressed: a member can then never
-be larger than the file, a flipped bit hurts one member only, and members can be found again without
-the directory at the end of a zip. Nothing is ever unpacked to disk, and nothing is unpickled.
+`pictures/<id>.png` for the moments, and `manifest-copy.json` at the end. Nothing is compressed: a
+member can then never be larger than the file, a flipped bit hurts one member only, and members can
+be found again without the directory at the end of a zip. Nothing is ever unpacked to disk, and
+nothing is unpickled.
 """
 
 from __future__ import annotations
@@ -26,7 +27,8 @@ from numpy.typing import NDArray
 from engine.document import Document, History, HistoryState, Moment
 from engine.errors import EngineError, FileError
 from engine.mesh import Mesh
-from engine.packing import Packer, Unpacker, array_key, history_state
+from engine.npy import npy_array, npy_header
+from engine.packing import Packer, Unpacker, array_key, history_state, readable_moments, redo_links
 from engine.recipe import Kinds
 from engine.whole import write_whole
 
@@ -42,7 +44,6 @@ MEMBER_LIMIT = 200_000
 _NAME = re.compile(
     r"mimetype|manifest(-copy)?\.json|arrays/[0-9a-f]{64}\.npy|pictures/\d{1,9}\.png"
 )
-_DTYPES = ("<f8", "<i8", "<i4", "|b1")
 # Of a member's header in a zip file: signature, version, flags, method, time, CRC, sizes, lengths.
 _LOCAL_HEADER = struct.Struct("<4sHHHIIIIHH")
 
@@ -112,7 +113,7 @@ def save_archive(
             _add(archive, "mimetype", MIMETYPE)
             _add(archive, MANIFEST, text)
             for key, array in arrays.items():
-                _add(archive, f"arrays/{key}.npy", _npy_header(array), array.data)
+                _add(archive, f"arrays/{key}.npy", npy_header(array), array.data)
             for i, png in sorted(kept.items()):
                 _add(archive, f"pictures/{i}.png", png)
             _add(archive, MANIFEST_COPY, text)
@@ -130,12 +131,6 @@ def _add(archive: zipfile.ZipFile, name: str, *parts: Buffer) -> None:
             # A view of an array without elements cannot be cast.
             if view.nbytes:
                 member.write(view.cast("B"))
-
-
-def _npy_header(array: NDArray[Any]) -> bytes:
-    header = io.BytesIO()
-    np.lib.format.write_array_header_1_0(header, np.lib.format.header_data_from_array_1_0(array))
-    return header.getvalue()
 
 
 def _check_whole(path: Path) -> None:
@@ -265,21 +260,8 @@ def _by_search(path: Path) -> dict[str, tuple[int, int, int]]:
 
 
 def _array(data: bytes, key: str) -> NDArray[Any]:
-    """Return the array in the bytes of a `.npy` file; never unpickles, never trusts a length."""
-    stream = io.BytesIO(data)
-    try:
-        if np.lib.format.read_magic(stream) != (1, 0):
-            raise FileError("An array has an unknown version.")
-        shape, fortran, dtype = np.lib.format.read_array_header_1_0(stream, max_header_size=1000)
-    except (ValueError, SyntaxError, TypeError, KeyError, EOFError) as error:
-        raise FileError("An array has a damaged header.") from error
-    body = len(data) - stream.tell()
-    count = 1
-    for length in shape:
-        count *= length
-    if dtype.str not in _DTYPES or fortran or count * dtype.itemsize != body or count < 0:
-        raise FileError("An array does not have the type or the size that it claims.")
-    array = np.frombuffer(data, dtype=dtype, offset=stream.tell()).reshape(shape)
+    """Return the array in a member; it must be the one that its name says."""
+    array = npy_array(data)
     if array_key(array) != key:
         raise FileError("An array is not the one it is named for.")
     return array
@@ -302,7 +284,7 @@ class _Reading:
         current = manifest.get("current")
         if type(current) is not int:
             current = -1
-        state, rehung = history_state(moments, current, _redo(manifest.get("redo")))
+        state, rehung = history_state(moments, current, redo_links(manifest.get("redo")))
         if current != state.current_id:
             self._report.append("What was open is lost; the newest state that is left is shown.")
         if rehung:
@@ -349,20 +331,8 @@ class _Reading:
         if not (isinstance(meshes, dict) and isinstance(steps, dict) and isinstance(entries, list)):
             raise FileError("Its list of contents is not that of a document.")
         unpacker = Unpacker(meshes, steps, self._fetch, self._kinds)
-        moments: dict[int, Moment] = {}
-        first: EngineError | None = None
-        for entry in entries:
-            try:
-                moment = unpacker.moment(entry)
-            except EngineError as error:
-                first = first or error
-                continue
-            moments[moment.id] = moment
-        lost = len(entries) - len(moments)
-        if not moments:
-            raise first or FileError("It holds no surface.")
-        if lost:
-            self._report.append(f"{lost} of {len(entries)} states could not be read: {first}")
+        moments, lost = readable_moments(entries, unpacker)
+        self._report += lost
         return moments
 
     def _pictures(self, moments: Mapping[int, Moment]) -> dict[int, bytes]:
@@ -393,12 +363,6 @@ class _Reading:
         document = Document.open(Mesh(found["f"], found["i"]))
         self._report.append("Only the original surface could be saved; its steps are lost.")
         return Archive(History(document, "Rescued").state(), report=tuple(self._report))
-
-
-def _redo(data: Any) -> dict[int, int]:
-    if not isinstance(data, dict):
-        return {}
-    return {int(k): v for k, v in data.items() if k.isdecimal() and len(k) < 10 and type(v) is int}
 
 
 def _no_constant(text: str) -> float:

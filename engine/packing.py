@@ -10,7 +10,7 @@ import dataclasses
 import hashlib
 import json
 import weakref
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -355,6 +355,40 @@ def _check_ids(document: Document) -> None:
             raise FileError("A stroke in the file has not one target point for each anchor.")
     if not 0.0 <= draft.level <= 1.0:
         raise FileError(f"The level {draft.level:g} in the file is not between 0 and 1.")
+
+
+def readable_moments(
+    entries: Iterable[Any], unpacker: Unpacker
+) -> tuple[dict[int, Moment], list[str]]:
+    """Return the moments that can be read, by id, and a sentence about those that cannot.
+
+    Raises
+    ------
+    EngineError
+        Not one can be read; the reason is that of the first.
+    """
+    moments: dict[int, Moment] = {}
+    errors: list[EngineError] = []
+    for entry in entries:
+        try:
+            moment = unpacker.moment(entry)
+        except EngineError as error:
+            errors.append(error)
+        else:
+            moments[moment.id] = moment
+    if not moments:
+        raise errors[0] if errors else FileError("It holds no surface.")
+    if not errors:
+        return moments, []
+    total = len(moments) + len(errors)
+    return moments, [f"{len(errors)} of {total} states could not be read. {errors[0]}"]
+
+
+def redo_links(data: Any) -> dict[int, int]:
+    """Return which child redo leads to, as far as `data` can be understood."""
+    if not isinstance(data, dict):
+        return {}
+    return {int(k): v for k, v in data.items() if k.isdecimal() and len(k) < 10 and type(v) is int}
 
 
 def history_state(
