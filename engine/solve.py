@@ -1,64 +1,40 @@
-"""The only place that factorises a sparse matrix; it picks the best solver at hand."""
+"""The only place that factorises a sparse matrix; `factorise` picks the best solver at hand.
+
+CHOLMOD where its library is present (see `engine.cholmod`), SuperLU as the floor. Both free the
+interpreter's lock while they work, give the same bits on every run, and pass the same tests.
+"""
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
+from engine import cholmod
 from engine.arrays import F64
 from engine.errors import SolveError
 
 RESIDUAL_LIMIT = 1e-6
 
+Backend = Literal["cholmod", "superlu"]
 
-class Factor(Protocol):
-    """A factorised symmetric matrix."""
 
+class _Solver(Protocol):
     @property
-    def n(self) -> int:
-        """Number of rows."""
-        ...
+    def negative(self) -> int: ...
 
-    @property
-    def negative(self) -> int:
-        """Number of negative eigenvalues of the matrix (its inertia); 0 when it is definite."""
-        ...
-
-    def solve(self, b: F64) -> F64:
-        """Return x with A x = b for b (n,) or (n, r), refined once and checked.
-
-        Raises
-        ------
-        SolveError
-            The result is not finite or its relative residual is above 1e-6.
-        """
-        ...
-
-    def solve_unchecked(self, b: F64) -> F64:
-        """Return x with A x = b as the triangular solves give it (for inner iterations)."""
-        ...
+    def solve(self, b: F64) -> F64: ...
 
 
-class SuperLUFactor:
-    """P^T A P = L U by SuperLU in symmetric mode, with the diagonal as pivots.
-
-    Parameters
-    ----------
-    a : (n, n) symmetric; scaled to unit diagonal before it is factorised.
-    """
+class SuperLUSolver:
+    """P^T A P = L U by SuperLU in symmetric mode, with the diagonal as pivots."""
 
     def __init__(self, a: sp.csr_array) -> None:
-        self._a = a
-        diagonal = np.abs(a.diagonal())
-        self._scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-        d = sp.diags_array(self._scale)
-        scaled = sp.csc_array(d @ a @ d)
         try:
             self._lu: Any = spla.splu(
-                scaled,
+                sp.csc_array(a),
                 permc_spec="MMD_AT_PLUS_A",
                 diag_pivot_thresh=0.0,
                 options={"SymmetricMode": True},
@@ -70,55 +46,103 @@ class SuperLUFactor:
             ) from error
 
     @property
+    def negative(self) -> int:
+        """Number of negative pivots, which is that of the negative eigenvalues (Sylvester)."""
+        return int(np.count_nonzero(self._lu.U.diagonal() < 0))
+
+    def solve(self, b: F64) -> F64:
+        """Return x with A x = b."""
+        return np.asarray(self._lu.solve(np.asfortranarray(b)))
+
+
+class Factor:
+    """A factorised symmetric matrix.
+
+    Parameters
+    ----------
+    a : (n, n) symmetric, both triangles stored. It is scaled to unit diagonal before it is
+        factorised, so that entries of very different size do no harm.
+    definite : whether it is positive definite.
+    backend : which solver.
+    """
+
+    def __init__(self, a: sp.csr_array, definite: bool, backend: Backend) -> None:
+        self._a = a
+        self.backend = backend
+        diagonal = np.abs(a.diagonal())
+        self._scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+        d = sp.diags_array(self._scale)
+        scaled = sp.csr_array(d @ a @ d)
+        self._solver: _Solver = (
+            cholmod.CholmodFactor(scaled, definite)
+            if backend == "cholmod"
+            else SuperLUSolver(scaled)
+        )
+        if definite and self._solver.negative > 0:
+            raise SolveError(
+                "The equations of the region have no unique solution. "
+                "Clean the mesh, or choose another region."
+            )
+
+    @property
     def n(self) -> int:
         """Number of rows."""
         return int(self._a.shape[0])
 
     @property
     def negative(self) -> int:
-        """Number of negative pivots, which is that of the negative eigenvalues (Sylvester)."""
-        return int(np.count_nonzero(self._lu.U.diagonal() < 0))
+        """Number of negative eigenvalues of the matrix (its inertia)."""
+        return self._solver.negative
 
     def solve_unchecked(self, b: F64) -> F64:
-        """Return x with A x = b as the triangular solves give it."""
+        """Return x with A x = b as the triangular solves give it (for inner iterations)."""
         s = self._scale if b.ndim == 1 else self._scale[:, None]
-        return np.asarray(s * self._lu.solve(s * b))
+        return np.asarray(s * self._solver.solve(s * b))
 
     def solve(self, b: F64) -> F64:
-        """Return x with A x = b, refined once and checked."""
-        return checked_solve(self, self._a, b)
+        """Return x with A x = b for b (n,) or (n, r), refined once where needed and checked.
+
+        Raises
+        ------
+        SolveError
+            The result is not finite or its relative residual is above 1e-6.
+        """
+        size = float(np.linalg.norm(b))
+        x = self.solve_unchecked(b)
+        r = b - self._a @ x
+        if float(np.linalg.norm(r)) > 1e-12 * size:
+            x = x + self.solve_unchecked(r)
+            r = b - self._a @ x
+        if not np.isfinite(x).all() or not float(np.linalg.norm(r)) <= RESIDUAL_LIMIT * size:
+            raise SolveError(
+                "The equations of the region cannot be solved accurately. "
+                "Clean the mesh, or choose another region."
+            )
+        return x
 
 
-def factorise(a: sp.csr_array) -> Factor:
+def best_backend() -> Backend:
+    """Return the solver that `factorise` takes: CHOLMOD where it is usable, else SuperLU."""
+    return "cholmod" if cholmod.usable() else "superlu"
+
+
+def factorise(a: sp.csr_array, definite: bool = True, backend: Backend | None = None) -> Factor:
     """Factorise a symmetric matrix with the best solver at hand.
 
     Parameters
     ----------
     a : (n, n) symmetric, both triangles stored.
+    definite : False for a shifted matrix K - s M; then `negative` counts eigenvalues below s.
+    backend : take this solver; None for the best.
 
     Raises
     ------
     SolveError
-        The matrix is singular, or not finite.
+        The matrix is singular, not finite, or not definite although it should be.
     """
     if not np.isfinite(a.data).all():
         raise SolveError(
             "The equations of the region hold numbers that are not finite. "
             "Clean the mesh, or choose another region."
         )
-    return SuperLUFactor(a)
-
-
-def checked_solve(factor: Factor, a: sp.csr_array, b: F64) -> F64:
-    """Solve, refine once, and refuse what is not finite or leaves a residual above 1e-6."""
-    x = factor.solve_unchecked(b)
-    r = b - a @ x
-    x = x + factor.solve_unchecked(r)
-    size = float(np.linalg.norm(b))
-    left = float(np.linalg.norm(b - a @ x))
-    if not np.isfinite(x).all() or not left <= RESIDUAL_LIMIT * size:
-        raise SolveError(
-            "The equations of the region cannot be solved accurately. "
-            "Clean the mesh, or choose another region."
-        )
-    return x
+    return Factor(a, definite, backend or best_backend())
