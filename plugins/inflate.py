@@ -1,4 +1,4 @@
-"""Inflate: push the region out along its normals, fading to nothing at the rim."""
+"""Inflate: push the region out along the normals of its plain form, fading out at the rim."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ from typing import ClassVar
 
 import numpy as np
 
-from plugins.api import I64, DataStep, Document, Mesh, Region, RegionTool, Run, Step, factorise
+from plugins.api import I64, DataStep, Document, Mesh, RegionTool, Run, Step, decompose_until
 
 
 @dataclass(frozen=True, eq=False)
 class InflateStep(DataStep):
-    """Moves the region by `distance` mesh units at its middle, along the normals.
+    """Moves the region by `distance` mesh units at its middle, along the base shape's normals.
 
-    The weight is the height of a membrane under pressure (K u = M 1, u = 0 at the rim), scaled to
-    1 and eased, so that it leaves the rim without a crease.
+    Along its own normals a bump would swell to a mushroom; so the details ride along. The weight
+    is the height of a membrane under pressure (K u = M 1, u = 0 at the rim), scaled to 1 and
+    eased, so that it leaves the rim without a crease.
     """
 
     roi: I64
@@ -26,13 +27,14 @@ class InflateStep(DataStep):
 
     def apply(self, mesh: Mesh, run: Run | None = None) -> Mesh:
         """Return the inflated mesh."""
-        region = Region(mesh, self.roi)
-        height = factorise(region.stiffness_roi).solve(region.areas_roi[:, None])[:, 0]
-        share = np.clip(height / height.max(), 0.0, 1.0) ** (1.0 - 0.75 * self.flatness)
-        weight = share**2 * (3 - 2 * share)
+        parts = decompose_until(mesh, self.roi, 0.0, run=run)
         vertices = mesh.vertices.copy()
-        normals = mesh.vertex_normals[region.roi]
-        vertices[region.roi] += self.distance * weight[:, None] * normals
+        vertices[parts.roi] = parts.base
+        normals = mesh.with_vertices(vertices).vertex_normals[parts.roi]
+        height = parts.factor.solve(parts.areas[:, None])[:, 0]
+        share = np.clip(height / height.max() / (1.0 - 0.6 * self.flatness), 0.0, 1.0)
+        weight = share**2 * (3 - 2 * share)
+        vertices[parts.roi] = parts.original + self.distance * weight[:, None] * normals
         return mesh.with_vertices(vertices)
 
 
