@@ -16,6 +16,7 @@ from engine.errors import (
     SketchError,
     SolveError,
 )
+from engine.io import Imported, ImportReport, load, open_file, save, start_worker
 from engine.mesh import Mesh, Topology
 from engine.operators import cotangent_stiffness, mean_curvature, vertex_areas
 from engine.recipe import Kinds, Recipe, Step, UnknownStep, replay

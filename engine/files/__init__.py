@@ -1,0 +1,1 @@
+"""Files of strangers: sniffing, scanning, cleanup and export, in a process of their own."""

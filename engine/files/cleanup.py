@@ -1,0 +1,191 @@
+"""Cleanup by pymeshlab's filters: each runs only where its defect was counted, and is measured."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from engine.arrays import F64, I64
+from engine.files.defects import (
+    Defects,
+    areas,
+    collapsed_faces,
+    find_defects,
+)
+from engine.files.report import AREA_WARNING, FACE_WARNING, Change, counted
+
+Pair = tuple[F64, I64]
+
+
+@dataclass(frozen=True)
+class Cleaned:
+    """What cleanup made: vertices, faces, what each step did, and what to be warned about."""
+
+    vertices: F64
+    faces: I64
+    repairs: tuple[Change, ...]
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Repair:
+    """One step: how many defects of its kind there are, what mends them, and how to say so."""
+
+    what: str
+    found: Callable[[Defects], int]
+    mend: Callable[[F64, I64], Pair]
+    words: Callable[[int, int, int], str]
+
+
+def clean_up(v: F64, f: I64, tick: Callable[[float, str], None]) -> Cleaned:
+    """Mend what can be mended without guessing; holes are never closed.
+
+    A mesh without defects comes out as the same arrays.
+    """
+    start = (v, f)
+    repairs: list[Change] = []
+    warnings: list[str] = []
+    defects = find_defects(v, f)
+    for i, repair in enumerate(_REPAIRS):
+        found = repair.found(defects)
+        if not found:
+            continue
+        tick(0.5 + 0.4 * i / len(_REPAIRS), "Cleaning")
+        mended = _attempt(repair, v, f)
+        if mended is None:
+            continue
+        after = find_defects(*mended)
+        left = repair.found(after)
+        if left >= found or len(mended[1]) == 0:
+            continue
+        repairs.append(_change(repair, found - left, (v, f), mended))
+        (v, f), defects = mended, after
+    warnings += _remaining(defects)
+    warnings += _large_changes(start, (v, f))
+    return Cleaned(v, f, tuple(repairs), tuple(warnings))
+
+
+def _attempt(repair: Repair, v: F64, f: I64) -> Pair | None:
+    import pymeshlab
+
+    try:
+        return repair.mend(v, f)
+    except pymeshlab.PyMeshLabException:
+        # A filter that declines (a surface with one side cannot be oriented) leaves the mesh as is.
+        return None
+
+
+def _change(repair: Repair, mended: int, before: Pair, after: Pair) -> Change:
+    vertices = len(after[0]) - len(before[0])
+    faces = len(after[1]) - len(before[1])
+    words = repair.words(mended, abs(vertices), abs(faces))
+    same_size = vertices == 0 and faces == 0
+    return Change(
+        repair.what,
+        words,
+        vertices=abs(vertices),
+        faces=mended if same_size else abs(faces),
+    )
+
+
+def _filtered(v: F64, f: I64, *filters: tuple[str, dict[str, Any]]) -> Pair:
+    import pymeshlab
+
+    meshes = pymeshlab.MeshSet(verbose=False)
+    meshes.add_mesh(pymeshlab.Mesh(v, f.astype(np.int32)))
+    for name, options in filters:
+        meshes.apply_filter(name, **options)
+    mesh = meshes.current_mesh()
+    mesh.compact()
+    return np.array(mesh.vertex_matrix()), mesh.face_matrix().astype(np.int64)
+
+
+def _join(v: F64, f: I64) -> Pair:
+    return _filtered(v, f, ("meshing_remove_duplicate_vertices", {}))
+
+
+def _drop_collapsed(v: F64, f: I64) -> Pair:
+    # pymeshlab's filter for null faces takes thin ones too and opens holes.
+    return v, f[~collapsed_faces(f)]
+
+
+def _drop_repeated(v: F64, f: I64) -> Pair:
+    return _filtered(v, f, ("meshing_remove_duplicate_faces", {}))
+
+
+def _drop_unreferenced(v: F64, f: I64) -> Pair:
+    return _filtered(v, f, ("meshing_remove_unreferenced_vertices", {}))
+
+
+def _flip_flat(v: F64, f: I64) -> Pair:
+    # Flipping keeps the surface whole; the threshold spares what is merely thin.
+    options = {"method": "Edge Flip", "threshold": 1e6, "repeat": True}
+    return _filtered(v, f, ("meshing_remove_t_vertices", options))
+
+
+def _split_edges(v: F64, f: I64) -> Pair:
+    return _filtered(v, f, ("meshing_repair_non_manifold_edges", {"method": "Split Vertices"}))
+
+
+def _split_vertices(v: F64, f: I64) -> Pair:
+    return _filtered(v, f, ("meshing_repair_non_manifold_vertices", {"vertdispratio": 0.0}))
+
+
+def _orient(v: F64, f: I64) -> Pair:
+    return _filtered(v, f, ("meshing_re_orient_faces_coherently", {}))
+
+
+def _turn_out(v: F64, f: I64) -> Pair:
+    return _filtered(v, f, ("meshing_invert_face_orientation", {"forceflip": True}))
+
+
+_REPAIRS = (
+    Repair("duplicate_vertices", lambda d: d.joinable, _join,
+           lambda k, v, f: f"{counted(v, 'vertex')} at the very place of another joined to it."),
+    Repair("collapsed_faces", lambda d: d.collapsed, _drop_collapsed,
+           lambda k, v, f: f"{counted(f, 'face')} that named a vertex twice removed."),
+    Repair("duplicate_faces", lambda d: d.repeated, _drop_repeated,
+           lambda k, v, f: f"{counted(f, 'face')} that repeated another one removed."),
+    Repair("zero_area", lambda d: d.zero_area, _flip_flat,
+           lambda k, v, f: f"{counted(k, 'face')} without area mended by flipping an edge."),
+    Repair("nonmanifold_edges", lambda d: d.nonmanifold_edges, _split_edges,
+           lambda k, v, f: f"{counted(k, 'edge')} with more than two faces taken apart; "
+           f"{counted(v, 'vertex')} added."),
+    Repair("nonmanifold_vertices", lambda d: d.nonmanifold_vertices, _split_vertices,
+           lambda k, v, f: f"{counted(k, 'vertex')} where surfaces touch in a point taken apart; "
+           f"{counted(v, 'vertex')} added."),
+    Repair("orientation", lambda d: d.flipped, _orient,
+           lambda k, v, f: f"Faces turned so that neighbours agree; {counted(k, 'edge')} mended."),
+    Repair("inside_out", lambda d: int(d.inverted), _turn_out,
+           lambda k, v, f: "The whole surface was inside out and was turned."),
+    Repair("unreferenced_vertices", lambda d: d.unreferenced, _drop_unreferenced,
+           lambda k, v, f: f"{counted(v, 'vertex')} that no face uses removed."),
+)  # fmt: skip
+
+
+def _remaining(defects: Defects) -> list[str]:
+    left = (
+        (defects.zero_area, "face", "without area could not be mended"),
+        (defects.nonmanifold_edges, "edge", "with more than two faces could not be taken apart"),
+        (defects.nonmanifold_vertices, "vertex", "where surfaces touch in a point could not be "
+         "taken apart"),
+        (defects.flipped, "edge", "between faces that look in opposite directions could not be "
+         "mended: the surface may have only one side"),
+    )  # fmt: skip
+    return [f"{counted(k, noun)} {what}." for k, noun, what in left if k]
+
+
+def _large_changes(before: Pair, after: Pair) -> list[str]:
+    lost = abs(len(before[1]) - len(after[1])) / len(before[1])
+    with np.errstate(over="ignore", invalid="ignore"):
+        size = float(areas(*before).sum())
+        moved = abs(float(areas(*after).sum()) - size) / size if size > 0 else 0.0
+    found = []
+    if lost > FACE_WARNING:
+        found.append(f"Cleanup changed the number of faces by {lost:.1%}: look before you go on.")
+    if moved > AREA_WARNING:
+        found.append(f"Cleanup changed the surface's area by {moved:.1%}: look before you go on.")
+    return found

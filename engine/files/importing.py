@@ -1,0 +1,63 @@
+"""Import, in the worker: bytes to a mesh that can be trusted, and the report of how."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from engine.errors import FileError
+from engine.files.cleanup import clean_up
+from engine.files.report import ImportReport
+from engine.files.scan_obj import scan_obj
+from engine.files.scan_off import scan_off
+from engine.files.scan_ply import scan_ply
+from engine.files.scan_stl import scan_stl
+from engine.files.sniff import sniff
+from engine.files.soup import Soup, settle
+from engine.files.wire import Arrays
+
+Tick = Callable[[float, str], None]
+
+
+def import_file(job: dict[str, Any], _: Arrays, tick: Tick) -> tuple[dict[str, Any], Arrays]:
+    """Read `job["path"]`; answer with the mesh as read and, where cleanup changed it, as cleaned."""
+    path = Path(job["path"])
+    tick(0.05, "Reading")
+    soup = read_soup(path, path.read_bytes())
+    tick(0.4, "Checking")
+    v, f, reading = settle(soup, path.name)
+    arrays = {"vertices": v, "faces": f}
+    report = ImportReport(
+        path.name, soup.format, soup.declared_vertices, soup.declared_faces, len(v), len(f),
+        reading=tuple(reading),
+    )  # fmt: skip
+    answer: dict[str, Any] = {"read": report.to_json(), "cleaned": None}
+    if job["clean"]:
+        tick(0.5, "Cleaning")
+        made = clean_up(v, f, tick)
+        cleaned = ImportReport(
+            path.name, soup.format, soup.declared_vertices, soup.declared_faces,
+            len(made.vertices), len(made.faces),
+            tuple(reading), made.repairs, made.warnings,
+        )  # fmt: skip
+        answer["cleaned"] = cleaned.to_json()
+        if made.repairs:
+            arrays |= {"clean_vertices": made.vertices, "clean_faces": made.faces}
+    tick(0.95, "Handing over")
+    return answer, arrays
+
+
+def read_soup(path: Path, data: bytes) -> Soup:
+    """Return what the file holds, by the scanner of its format; the content decides which."""
+    name = path.name
+    kind = sniff(data, name)
+    if kind == "OBJ":
+        return scan_obj(data)
+    if kind == "STL":
+        return scan_stl(data, name)
+    if kind == "OFF":
+        return scan_off(data, name)
+    if kind == "PLY":
+        return scan_ply(data, name)
+    raise FileError(f"“{name}” is of the format {kind}, which is not read. Save it as OBJ or PLY.")

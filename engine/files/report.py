@@ -1,0 +1,92 @@
+"""What was found in a file, what was repaired, and what was lost: as data and in plain words."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, fields
+from typing import Any
+
+FACE_WARNING = 0.02
+AREA_WARNING = 0.01
+
+
+@dataclass(frozen=True)
+class Change:
+    """One thing that differs from the file as it was written.
+
+    Parameters
+    ----------
+    what : a short key such as "duplicate_vertices".
+    words : one plain sentence.
+    vertices, faces : how many vertices and faces it removed, added or changed.
+    lost : the file held this and it is not in the mesh any more, in any form.
+    """
+
+    what: str
+    words: str
+    vertices: int = 0
+    faces: int = 0
+    lost: bool = False
+
+
+@dataclass(frozen=True)
+class ImportReport:
+    """How a file became a mesh.
+
+    Parameters
+    ----------
+    name : file name without folder.
+    format : "OBJ", "PLY", ...: by content, whatever the name says.
+    declared_vertices, declared_faces : what the file says it holds (faces may be polygons).
+    vertices, faces : what the mesh holds (triangles).
+    reading : notes and losses while reading; these happen with and without cleanup.
+    repairs : what cleanup did.
+    warnings : what the person should know before going on.
+    """
+
+    name: str
+    format: str
+    declared_vertices: int
+    declared_faces: int
+    vertices: int
+    faces: int
+    reading: tuple[Change, ...] = ()
+    repairs: tuple[Change, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def changed(self) -> bool:
+        """Whether the mesh differs from what the file holds."""
+        return bool(self.repairs) or any(c.vertices or c.faces for c in self.reading)
+
+    @property
+    def lost(self) -> tuple[Change, ...]:
+        """The changes by which something in the file is not in the mesh."""
+        return tuple(c for c in (*self.reading, *self.repairs) if c.lost)
+
+    def lines(self) -> list[str]:
+        """Return the report in plain words, one sentence or two a line."""
+        head = (
+            f"{self.name}: {self.format}, {counted(self.vertices, 'vertex')}, "
+            f"{counted(self.faces, 'triangle')}."
+        )
+        found = [c.words for c in (*self.reading, *self.repairs)]
+        return [head, *(found or ["Nothing had to be repaired."]), *self.warnings]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON data."""
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, data: dict[str, Any]) -> ImportReport:
+        """Build the report from what `to_json` gave."""
+        plain = {f.name: data[f.name] for f in fields(cls)}
+        for key in ("reading", "repairs"):
+            plain[key] = tuple(Change(**c) for c in plain[key])
+        plain["warnings"] = tuple(plain["warnings"])
+        return cls(**plain)
+
+
+def counted(count: int, noun: str) -> str:
+    """Return "1 vertex", "2 vertices", "1,200 faces": a number with its noun."""
+    plural = {"vertex": "vertices", "index": "indices"}.get(noun, noun + "s")
+    return f"{count:,} {noun if count == 1 else plural}"

@@ -1,0 +1,114 @@
+"""STL, binary and text: a triangle soup whose equal corners are joined while it is read."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from engine.arrays import F64, I64
+from engine.errors import FileError
+from engine.files.report import Change, counted
+from engine.files.soup import Soup
+from engine.files.text import decimals, plain_text, tokenise
+
+_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+_HEAD = 84
+
+
+def scan_stl(data: bytes, name: str) -> Soup:
+    """Return what an STL holds, as text or binary by content.
+
+    A binary file may begin with "solid" too: it is binary when its length fits its count.
+    """
+    if _length_fits(data) or not _looks_like_text(data):
+        return _binary(data, name)
+    return _ascii(data, name)
+
+
+def _declared(data: bytes) -> int:
+    return int.from_bytes(data[80:84], "little")
+
+
+def _length_fits(data: bytes) -> bool:
+    return len(data) >= _HEAD and len(data) == _HEAD + _RECORD.itemsize * _declared(data)
+
+
+def _looks_like_text(data: bytes) -> bool:
+    head = plain_text(data[:2048])[0].lower()
+    return b"facet" in head or (b"solid" in head[:80] and b"\0" not in head)
+
+
+def _binary(data: bytes, name: str) -> Soup:
+    notes: list[Change] = []
+    if len(data) < _HEAD:
+        raise FileError(f"“{name}” is too short for an STL file. Get another copy of the file.")
+    declared, there = _declared(data), (len(data) - _HEAD) // _RECORD.itemsize
+    whole = len(data) == _HEAD + there * _RECORD.itemsize
+    if there < declared:
+        raise FileError(
+            f"“{name}” is cut off or damaged: its header announces {counted(declared, 'triangle')}, "
+            f"and there are bytes for {there:,}. Export the model again or get another copy."
+        )
+    if there > declared and not whole:
+        raise FileError(
+            f"“{name}” is damaged: its header announces {counted(declared, 'triangle')}, but its "
+            f"length fits no number of triangles. Export the model again or get another copy."
+        )
+    if there > declared:
+        notes.append(
+            Change("count_low", f"The header announces {counted(declared, 'triangle')}, but the "
+                   f"file holds {there:,}; all of them were read.")
+        )
+    records = np.frombuffer(data, _RECORD, count=there, offset=_HEAD)
+    return _welded(records["corners"].reshape(-1, 3).astype(np.float64), there, declared, notes)
+
+
+def _ascii(data: bytes, name: str) -> Soup:
+    text, notes = plain_text(data)
+    tokens = tokenise(text)
+    heads = tokens.first[:-1]
+    is_facet = tokens.are(heads, b"facet")
+    lines = np.flatnonzero(tokens.are(heads, b"vertex"))
+    facets = int(is_facet.sum())
+    of_facet = np.cumsum(is_facet)[lines] - 1
+    points = np.full((len(lines), 3), np.nan)
+    enough = tokens.lengths[lines] == 4
+    words = tokens.first[lines[enough], None] + np.array([1, 2, 3])
+    points[enough] = decimals(tokens, words.ravel()).reshape(-1, 3)
+    held = np.bincount(of_facet[of_facet >= 0], minlength=facets)
+    right = held == 3
+    if not right.all() or (of_facet < 0).any():
+        wrong = int((~right).sum())
+        notes.append(
+            Change("bad_facets", f"{counted(wrong, 'facet')} without exactly three corners left "
+                   "out.", faces=wrong, lost=True)
+        )
+        usable = of_facet >= 0
+        usable[usable] = right[of_facet[usable]]
+        points = points[usable]
+    if not tokens.are(heads, b"endsolid").any():
+        notes.append(
+            Change("no_end", "The text ends without “endsolid”: the file may be cut off.", lost=True)
+        )
+    return _welded(points, int(right.sum()), facets, notes)
+
+
+def _welded(corners: F64, triangles: int, declared: int, notes: list[Change]) -> Soup:
+    """Join equal corners, numbered by where each first appears."""
+    if len(corners) == 0:
+        return Soup("STL", np.empty((0, 3)), np.empty(0, np.int64), np.empty(0, np.int64), 0, 0, notes)
+    # Adding zero turns -0.0 into 0.0: both are the same place.
+    rows = np.ascontiguousarray(corners + 0.0)
+    keys = rows.view(np.dtype((np.void, rows.itemsize * 3))).ravel()
+    _, at, inverse = np.unique(keys, return_index=True, return_inverse=True)
+    order = np.argsort(at)
+    rank: I64 = np.empty(len(at), dtype=np.int64)
+    rank[order] = np.arange(len(at))
+    return Soup(
+        "STL",
+        rows[at[order]],
+        rank[inverse.ravel()],
+        np.full(triangles, 3, dtype=np.int64),
+        len(corners),
+        declared,
+        notes,
+    )

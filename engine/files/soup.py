@@ -1,0 +1,123 @@
+"""Soup: what a scanner found in a file, and how it is settled into triangles that can be trusted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from engine.arrays import B1, F64, I64
+from engine.errors import FileError
+from engine.files.polygons import triangulate
+from engine.files.report import Change, counted
+
+INVALID = np.int64(-(2**62))
+
+
+@dataclass
+class Soup:
+    """Vertices and polygons exactly as the file numbers them.
+
+    Parameters
+    ----------
+    format : "OBJ", ...
+    vertices : (n, 3) float64; NaN where the file's numbers cannot be read.
+    corners : (c,) int64 vertex indices from 0, all polygons one after the other; `INVALID` where
+        unreadable.
+    sizes : (p,) number of corners of each polygon.
+    declared_vertices, declared_faces : what the file says it holds.
+    notes : what was noticed while scanning.
+    """
+
+    format: str
+    vertices: F64
+    corners: I64
+    sizes: I64
+    declared_vertices: int
+    declared_faces: int
+    notes: list[Change] = field(default_factory=list)
+
+
+def settle(soup: Soup, name: str) -> tuple[F64, I64, list[Change]]:
+    """Return vertices (n, 3), triangles (f, 3) and all notes; every loss is among the notes.
+
+    Polygons with fewer than three corners, with an index that no vertex has, or with a corner whose
+    coordinates are not finite are left out, and so are the vertices that are not finite.
+
+    Raises
+    ------
+    FileError
+        No face is left, or more than half of them would be lost.
+    """
+    notes = list(soup.notes)
+    n = len(soup.vertices)
+    finite = np.isfinite(soup.vertices).all(axis=1)
+    short = soup.sizes < 3
+    outside = (soup.corners < 0) | (soup.corners >= n)
+    broken = _any_in_polygon(outside, soup.sizes) & ~short
+    unplaced = np.zeros(len(soup.corners), dtype=bool)
+    unplaced[~outside] = ~finite[soup.corners[~outside]]
+    homeless = _any_in_polygon(unplaced, soup.sizes) & ~short & ~broken
+    keep = ~(short | broken | homeless)
+
+    _refuse_hopeless(soup, name, keep, broken, homeless)
+    if short.any():
+        k = int(short.sum())
+        notes.append(
+            Change("few_corners", f"{counted(k, 'face')} with fewer than three corners left out.",
+                   faces=k, lost=True)
+        )
+    if broken.any():
+        k = int(broken.sum())
+        notes.append(
+            Change("bad_index",
+                   f"{counted(k, 'face')} left out: they refer to vertices that the file does not "
+                   "have.", faces=k, lost=True)
+        )
+    if homeless.any() or not finite.all():
+        lost_v, lost_f = int((~finite).sum()), int(homeless.sum())
+        notes.append(
+            Change("not_finite",
+                   f"{counted(lost_v, 'vertex')} left out because a coordinate is not a finite "
+                   f"number, and {counted(lost_f, 'face')} at them.", lost_v, lost_f, lost=True)
+        )
+    corners = soup.corners[np.repeat(keep, soup.sizes)]
+    sizes = soup.sizes[keep]
+    vertices = soup.vertices
+    if not finite.all():
+        renumbered = np.cumsum(finite) - 1
+        corners = renumbered[corners]
+        vertices = vertices[finite]
+    big = int((sizes > 3).sum())
+    if big:
+        notes.append(
+            Change("polygons", f"{counted(big, 'polygon')} with more than three corners were split "
+                   "into triangles.")
+        )
+    return vertices, triangulate(vertices, corners, sizes), notes
+
+
+def _refuse_hopeless(soup: Soup, name: str, keep: B1, broken: B1, homeless: B1) -> None:
+    if len(soup.vertices) == 0 or len(soup.sizes) == 0:
+        what = "no vertices" if len(soup.vertices) == 0 else "no faces"
+        raise FileError(
+            f"“{name}” holds {what}, so there is no surface to open. "
+            "Export the model again as a triangle mesh."
+        )
+    if keep.sum() * 2 >= len(keep):
+        return
+    if homeless.sum() >= broken.sum():
+        why = "have a corner whose coordinates are not finite numbers"
+    else:
+        why = "refer to vertices that the file does not have"
+    raise FileError(
+        f"“{name}” is damaged: {int((~keep).sum()):,} of its {counted(len(keep), 'face')} {why} "
+        "or lack corners. Export the model again or get another copy of the file."
+    )
+
+
+def _any_in_polygon(marked: B1, sizes: I64) -> B1:
+    """Return for every polygon whether one of its corners is marked."""
+    total = np.concatenate([[0], np.cumsum(marked)])
+    ends = np.cumsum(sizes)
+    return np.asarray(total[ends] - total[ends - sizes] > 0)

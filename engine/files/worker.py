@@ -1,0 +1,75 @@
+"""The file worker: reads one job after the other from its standard input until that ends."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from typing import Any, BinaryIO
+
+from engine.errors import EngineError
+from engine.files import limits
+from engine.files.wire import Arrays, receive, send
+
+Tick = Callable[[float, str], None]
+
+
+def main() -> None:
+    """Serve jobs; every answer is a result or one sentence why there is none."""
+    incoming, outgoing = _private_pipes()
+    limits.cap_own_memory()
+    _import_native_code()
+    while True:
+        try:
+            job, arrays = receive(incoming)
+        except EOFError:
+            return
+        send(outgoing, {"begun": True})
+        limits.die_after(float(job["seconds"]) + 10.0)
+        _serve(job, arrays, outgoing)
+        limits.die_after(0.0)
+
+
+def _serve(job: dict[str, Any], arrays: Arrays, outgoing: BinaryIO) -> None:
+    from engine.files.exporting import export_mesh
+    from engine.files.importing import import_file
+    from engine.files.tidying import tidy_mesh
+
+    def tick(fraction: float, text: str) -> None:
+        send(outgoing, {"fraction": fraction, "text": text})
+
+    jobs = {"import": import_file, "export": export_mesh, "tidy": tidy_mesh}
+    try:
+        answer, found = jobs[job["job"]](job, arrays, tick)
+    except EngineError as error:
+        send(outgoing, {"error": str(error), "kind": type(error).__name__})
+        return
+    except MemoryError:
+        # What the native code allocated may be gone for good: start afresh.
+        os._exit(3)
+    send(outgoing, answer, found)
+
+
+def _private_pipes() -> tuple[BinaryIO, BinaryIO]:
+    """Keep the pipes for messages only: native code prints to standard output."""
+    incoming = os.fdopen(os.dup(0), "rb", buffering=0)
+    outgoing = os.fdopen(os.dup(1), "wb", buffering=1 << 20)
+    nothing = os.open(os.devnull, os.O_RDWR)
+    for descriptor in (0, 1):
+        os.dup2(nothing, descriptor)
+    os.close(nothing)
+    sys.stdin = sys.stdout = open(os.devnull, "r+")  # noqa: SIM115
+    return incoming, outgoing
+
+
+def _import_native_code() -> None:
+    """Import pymeshlab in the main thread before the first job: elsewhere it aborts at exit."""
+    import locale
+
+    import pymeshlab  # noqa: F401
+
+    locale.setlocale(locale.LC_ALL, "C")
+
+
+if __name__ == "__main__":
+    main()

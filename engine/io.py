@@ -1,0 +1,143 @@
+"""The door for files: open, clean, save. Everything native happens in a process of its own."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from engine.errors import FileError
+from engine.files import limits
+from engine.files.place import beside, put_in_place
+from engine.files.process import WorkerDied, WorkerSlow, worker
+from engine.files.report import Change, ImportReport
+from engine.mesh import Mesh
+from engine.run import Run
+
+__all__ = ["Change", "ImportReport", "Imported", "load", "open_file", "save", "start_worker"]
+
+EXPORT_SUFFIXES = (".obj", ".ply", ".stl", ".off")
+
+
+@dataclass(frozen=True, eq=False)
+class Imported:
+    """A file that was opened.
+
+    Parameters
+    ----------
+    mesh : the mesh, cleaned if that was asked for.
+    report : what was found, lost and repaired.
+    as_read : the mesh before cleanup; the same object as `mesh` where nothing was repaired.
+    report_as_read : the report that goes with `as_read`.
+    """
+
+    mesh: Mesh
+    report: ImportReport
+    as_read: Mesh
+    report_as_read: ImportReport
+
+
+def load(path: str | os.PathLike[str], run: Run | None = None) -> Mesh:
+    """Return the mesh of a file, cleaned. `open_file` says what was done to it.
+
+    Raises
+    ------
+    FileError
+        The file cannot be read; the message names it, says why and what to do.
+    """
+    return open_file(path, run=run).mesh
+
+
+def open_file(path: str | os.PathLike[str], clean: bool = True, run: Run | None = None) -> Imported:
+    """Open a mesh file in the worker process and report how it went.
+
+    A file without defects gives its own vertices in its own order, to the last bit of what it holds
+    (an STL, which has corners only, gives each place once, in the order of first appearance).
+
+    Parameters
+    ----------
+    path : OBJ, PLY, STL, OFF; the content decides about the format, not the name.
+    clean : mend duplicates, unreferenced vertices, degenerate and non-manifold faces and orientation.
+    run : progress and cancel.
+
+    Raises
+    ------
+    FileError
+        The file cannot be read; the message names it, says why and what to do.
+    """
+    place = Path(path)
+    size = _readable_size(place)
+    job = {"job": "import", "path": str(place.absolute()), "clean": clean}
+    try:
+        answer, arrays = worker.ask(job, None, limits.seconds_for(size), run)
+    except WorkerDied:
+        raise FileError(
+            f"“{place.name}” could not be read: its content stopped the reader. "
+            "Export the model again, or open and save it in the program that made it."
+        ) from None
+    except WorkerSlow:
+        raise FileError(
+            f"“{place.name}” took longer than {limits.seconds_for(size):.0f} seconds to read and was "
+            "given up. Save it as binary PLY or with fewer faces."
+        ) from None
+    as_read = Mesh(arrays["vertices"], arrays["faces"])
+    read_report = ImportReport.from_json(answer["read"])
+    if answer["cleaned"] is None:
+        return Imported(as_read, read_report, as_read, read_report)
+    cleaned = as_read
+    if "clean_vertices" in arrays:
+        cleaned = Mesh(arrays["clean_vertices"], arrays["clean_faces"])
+    return Imported(cleaned, ImportReport.from_json(answer["cleaned"]), as_read, read_report)
+
+
+def save(mesh: Mesh, path: str | os.PathLike[str], run: Run | None = None) -> None:
+    """Write a mesh; whatever goes wrong, a file that was there before stays whole.
+
+    It is written beside under another name, pushed to the disk, read back and compared, and only then
+    renamed. OBJ and OFF (17 digits) and PLY (binary) keep the double precision; STL holds single
+    precision only, and orders nothing.
+
+    Raises
+    ------
+    FileError
+        It could not be saved; the message names the file, says why and what to do.
+    """
+    target = Path(path)
+    suffix = target.suffix.lower()
+    if suffix not in EXPORT_SUFFIXES:
+        raise FileError(
+            f"“{target.name}” names no format that can be written. "
+            f"Choose a name that ends in {', '.join(EXPORT_SUFFIXES)}."
+        )
+    with beside(target, suffix) as part:
+        job = {"job": "export", "path": str(part.absolute()), "suffix": suffix, "name": target.name}
+        arrays = {"vertices": mesh.vertices, "faces": mesh.faces}
+        try:
+            worker.ask(job, arrays, limits.seconds_for(200 * len(mesh.faces)), run)
+        except (WorkerDied, WorkerSlow):
+            raise FileError(
+                f"“{target.name}” was not saved: the writer stopped. What was there before is "
+                "unchanged; see whether the disk is full, or choose another format."
+            ) from None
+        put_in_place(part, target)
+
+
+def start_worker() -> None:
+    """Start the worker process in the background, so that the first file opens quickly."""
+    worker.start()
+
+
+def _readable_size(place: Path) -> int:
+    try:
+        found = place.stat()
+    except FileNotFoundError:
+        raise FileError(f"“{place.name}” is not there. Look whether it was moved or renamed.") from None
+    except (OSError, ValueError) as error:
+        raise FileError(f"“{place.name}” cannot be reached ({error}). Try another place.") from error
+    if place.is_dir():
+        raise FileError(f"“{place.name}” is a folder. Choose a file in it.")
+    if not place.is_file():
+        raise FileError(f"“{place.name}” is not an ordinary file. Copy its content into one.")
+    if found.st_size == 0:
+        raise FileError(f"“{place.name}” is empty. Export the model again or get another copy.")
+    return found.st_size
