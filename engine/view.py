@@ -42,7 +42,7 @@ class View:
 
     @property
     def pixel_matrix(self) -> F64:
-        """Rows P1, P2, P3 of the homogeneous map to pixels, (3, 4): u = P1 x / P3 x, v = P2 x / P3 x."""
+        """Rows P1, P2, P3 of the map to pixels, (3, 4): u = P1 x / P3 x and v = P2 x / P3 x."""
         width, height = self.size
         x, y, _, w = self.matrix
         return np.array([(x + w) * (width / 2), (w - y) * (height / 2), w])
@@ -75,3 +75,34 @@ class View:
         """Build a view from what `to_json` gave."""
         width, height = data["size"]
         return cls(np.asarray(data["matrix"], dtype=np.float64), (width, height))
+
+
+def look_at(
+    target: ArrayLike,
+    distance: float,
+    azimuth: float,
+    elevation: float,
+    size: tuple[float, float],
+    angle: float = 28.0,
+) -> View:
+    """Return the view of `target` (3,) from a direction given in degrees, z up, perspective.
+
+    Azimuth 0 looks along +y (the front view) and grows as the eye goes to the right.
+    """
+    a, e = np.radians([azimuth, elevation])
+    back = np.array([np.sin(a) * np.cos(e), -np.cos(a) * np.cos(e), np.sin(e)])
+    right = np.array([np.cos(a), np.sin(a), 0.0])
+    up = np.cross(back, right)
+    eye = np.asarray(target, dtype=np.float64) + distance * back
+    steep = 1 / np.tan(np.radians(angle) / 2)
+    frame = np.stack([right, up, back])
+    seen = np.eye(4)
+    seen[:3, :3] = frame
+    seen[:3, 3] = -frame @ eye
+    near, far = distance / 100, distance * 100
+    lens = np.zeros((4, 4))
+    lens[0, 0] = steep * size[1] / size[0]
+    lens[1, 1] = steep
+    lens[2, 2:] = (near + far) / (near - far), 2 * near * far / (near - far)
+    lens[3, 2] = -1
+    return View(lens @ seen, size)
