@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from resources.generators.remesh import Points, mesh_form, project
+from resources.generators.remesh import Points, heights, mesh_form, project
 from resources.generators.sample import Sample
 from resources.generators.solids import box, bump, fade, smooth_union, turned
 
@@ -15,8 +15,8 @@ EDGE, HANDLE_EDGE = 1.65, 1.15
 TOP, FOOT = np.array([-20.0, 0.0, -12.0]), np.array([-42.0, 0.0, -142.0])
 DOWN = (FOOT - TOP) / np.linalg.norm(FOOT - TOP)
 FORWARD = np.array([-DOWN[2], 0.0, DOWN[0]])
-DEPTH, WIDTH = 22.0, 16.5  # half axes of the handle's section, mm
-FIRST, PITCH = 55.0, 20.0  # first finger groove below TOP, and their distance, mm
+DEPTH, WIDTH = 24.0, 18.0  # half axes of the handle's section, mm
+FIRST, PITCH = 52.0, 19.0  # first finger groove below TOP, and their distance, mm
 GROOVE, BUMP, BUMP_RADIUS, SPACING = 4.6, 1.05, 2.75, 6.4
 
 
@@ -45,12 +45,12 @@ def barrel(p: Points) -> Values:
     square = (np.abs(p[:, 1]) ** 2.6 + np.abs(p[:, 2]) ** 2.6) ** (1 / 2.6)
     angle = np.arctan2(p[:, 1], p[:, 2])
     motor = turned(x, square, -88.0, 40.0, 29.0, 31.0, 15.0)
-    gear = turned(x, across, 10.0, 76.0, 33.0, 24.5, 3.0)
-    shell = smooth_union(motor, gear, 8.0)
+    gear = turned(x, across, 0.0, 76.0, 33.0, 25.5, 3.0)
+    shell = smooth_union(motor, gear, 5.0)
     ring = turned(x, across - 0.55 * np.cos(24 * angle), 77.5, 93.0, 25.0, 24.0, 2.2)
     sleeve = turned(x, across - 0.5 * np.cos(16 * angle), 95.5, 130.0, 21.5, 20.5, 2.4)
-    nose = turned(x, across, 120.0, 147.0, 24.0, 10.5, 1.6)
-    core = turned(x, across, 60.0, 126.0, 18.5, 18.5, 2.0)
+    nose = turned(x, across, 126.0, 150.0, 21.0, 10.0, 1.8)
+    core = turned(x, across, 60.0, 126.0, 20.5, 18.5, 2.0)
     bit = turned(x, across, 130.0, 186.0, 3.4, 3.4, 1.6)
     front = smooth_union(smooth_union(ring, sleeve, 0.8), smooth_union(nose, bit, 1.2), 1.2)
     return smooth_union(smooth_union(shell, core, 1.0), front, 0.9)
@@ -58,16 +58,16 @@ def barrel(p: Points) -> Values:
 
 def battery(p: Points) -> Values:
     """Return the distance to the battery foot with the seam around it."""
-    shoe = box(p, (-31.0, 0.0, -150.0), (45.0, 31.0, 13.0), 9.0)
-    pack = box(p, (-29.0, 0.0, -167.0), (48.0, 34.0, 15.0), 8.0)
+    shoe = box(p, (-30.0, 0.0, -150.0), (47.0, 32.0, 13.0), 9.0)
+    pack = box(p, (-28.0, 0.0, -168.0), (50.0, 35.0, 16.0), 8.0)
     return smooth_union(shoe, pack, 1.2)
 
 
 def trigger(p: Points) -> Values:
     """Return the distance to the trigger."""
     down, forward, side = _grip(p)
-    q = np.column_stack([forward - 20.0 + 0.012 * (down - 33.0) ** 2, side, down - 33.0])
-    return box(q, (0.0, 0.0, 0.0), (7.0, 7.5, 10.5), 4.5)
+    q = np.column_stack([forward - 23.0 + 0.012 * (down - 31.0) ** 2, side, down - 31.0])
+    return box(q, (0.0, 0.0, 0.0), (8.0, 8.0, 12.0), 4.5)
 
 
 def plain(p: Points) -> Values:
@@ -77,12 +77,19 @@ def plain(p: Points) -> Values:
     return smooth_union(whole, trigger(p), 1.6)
 
 
+def _gripped(p: Points) -> Values:
+    """Return 1 on the front of the handle, 0 on its back and on all else, smooth between."""
+    down, forward, _ = _grip(p)
+    ends = fade(down, FIRST - 14.0, FIRST - 9.0) * fade(down, FIRST + 71.0, FIRST + 66.0)
+    return ends * fade(forward / DEPTH, -0.25, 0.75) * fade(handle(p), 9.0, 5.0)
+
+
 def finger_grooves(p: Points) -> Values:
     """Return the (negative) height of the finger grooves, mm."""
-    down, forward, _ = _grip(p)
+    down = _grip(p)[0]
     phase = np.clip((down - FIRST) / PITCH, -0.5, 3.5)
     wave = (0.5 + 0.5 * np.cos(2 * np.pi * phase)) ** 1.2
-    return -GROOVE * wave * fade(forward / DEPTH, -0.25, 0.75)
+    return -GROOVE * wave * _gripped(p)
 
 
 def bumps(p: Points) -> Values:
@@ -95,7 +102,7 @@ def bumps(p: Points) -> Values:
     shift = 0.5 * SPACING * (row != 0)
     column = shift + SPACING * np.round((arc - shift) / SPACING)
     away = np.hypot(along - SPACING * row, arc - column) / BUMP_RADIUS
-    return BUMP * bump(away) * (np.abs(column) < 3.2 * SPACING)
+    return BUMP * bump(away) * (np.abs(column) < 3.2 * SPACING) * _gripped(p) ** 0.25
 
 
 def vents(p: Points) -> Values:
@@ -115,16 +122,18 @@ def form(p: Points) -> Values:
 def on_handle(p: Points) -> NDArray[np.bool_]:
     """Return which points lie on the part of the handle that the fingers hold, (n,)."""
     down, forward, _ = _grip(p)
-    return (down > 44) & (down < 127) & (np.abs(forward) < 34)
+    return (down > 40) & (down < 121) & (np.abs(forward) < 34)
 
 
 def make() -> Sample:
     """Return the drill."""
-    lower, upper = np.array([-92.0, -38.0, -185.0]), np.array([190.0, 38.0, 36.0])
+    lower, upper = np.array([-92.0, -38.0, -187.0]), np.array([190.0, 38.0, 36.0])
     vertices, faces = mesh_form(form, lower, upper, 1.1, EDGE, fine=(on_handle, HANDLE_EDGE))
+    foot = project(plain, vertices, 16)
+    bump_height, vent_height = bumps(vertices), vents(vertices)
     parts = {
-        "grooves": finger_grooves(vertices),
-        "bumps": bumps(vertices),
-        "vents": vents(vertices),
+        "grooves": heights(plain, vertices, foot) - bump_height - vent_height,
+        "bumps": bump_height,
+        "vents": vent_height,
     }
-    return Sample(vertices, faces, project(plain, vertices, 16), parts, on_handle(vertices))
+    return Sample(vertices, faces, foot, parts, on_handle(vertices))

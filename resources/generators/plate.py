@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import Delaunay
 
-from resources.generators.remesh import Faces, Points, remesh
+from resources.generators.remesh import Faces, Points, relax, remesh
 from resources.generators.sample import Sample
 from resources.generators.solids import bump, fade
 
 LENGTH, WIDTH = 300.0, 200.0
 FRAME = 26.0  # plain border, mm
-SAG = 14.0
+SAG = 18.0
 WAVELENGTH = 248.0 / 7
-WAVE = 4.6
+WAVE = 5.2
 EDGE = 2.0
 
 Values = NDArray[np.float64]
@@ -27,7 +28,7 @@ def arch(x: Values, y: Values) -> Values:
 def window(x: Values, y: Values) -> Values:
     """Return 1 on the interior and 0 on the frame."""
     inset = np.minimum(LENGTH / 2 - np.abs(x), WIDTH / 2 - np.abs(y))
-    return fade(inset, FRAME, FRAME + 22.0)
+    return fade(inset, FRAME, FRAME + 26.0)
 
 
 def waves(x: Values, y: Values) -> Values:
@@ -48,6 +49,11 @@ def pearls(x: Values, y: Values) -> Values:
     return height
 
 
+def height(x: Values, y: Values) -> Values:
+    """Return the height of the finished plate."""
+    return arch(x, y) + waves(x, y) + pearls(x, y)
+
+
 def make() -> Sample:
     """Return the plate."""
     vertices, faces = _sheet()
@@ -65,18 +71,25 @@ def make() -> Sample:
 
 def _sheet() -> tuple[Points, Faces]:
     """Return an irregular triangulation of the finished plate, its outline exactly rectangular."""
+    flat = _scatter()
+    faces = Delaunay(flat).simplices.astype(np.int64)
+    u, v = (flat[faces[:, k]] - flat[faces[:, 0]] for k in (1, 2))
+    up = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0] > 0
+    faces = np.where(up[:, None], faces, faces[:, ::-1])
+    vertices, faces = remesh(np.column_stack([flat, height(*flat.T)]), faces, EDGE, crease=60.0)
+    inset = np.array([LENGTH, WIDTH]) / 2 - np.abs(vertices[:, :2])
+    snapped = np.copysign(np.array([LENGTH, WIDTH]) / 2, vertices[:, :2])
+    vertices[:, :2] = np.where(inset < 1e-3, snapped, vertices[:, :2])
+    held = (inset < 1e-3).any(axis=1)
+    return relax(lambda p: p[:, 2] - height(p[:, 0], p[:, 1]), vertices, faces, held=held), faces
+
+
+def _scatter() -> Points:
+    """Return points in the rectangle with no rows or columns, even along its outline."""
+    half = np.array([LENGTH, WIDTH]) / 2
     columns, rows = int(LENGTH) + 1, int(WIDTH) + 1
-    x, y = (
-        g.ravel()
-        for g in np.meshgrid(
-            np.linspace(-LENGTH / 2, LENGTH / 2, columns),
-            np.linspace(-WIDTH / 2, WIDTH / 2, rows),
-        )
-    )
-    grid = np.arange(rows * columns).reshape(rows, columns)
-    a, b, c, d = grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]
-    faces = np.concatenate(
-        [np.stack([a, b, c], axis=-1).reshape(-1, 3), np.stack([a, c, d], axis=-1).reshape(-1, 3)]
-    )
-    vertices = np.column_stack([x, y, arch(x, y) + waves(x, y) + pearls(x, y)])
-    return remesh(vertices, faces, EDGE, crease=60.0)
+    x, y = np.meshgrid(np.linspace(-half[0], half[0], columns), np.linspace(-half[1], half[1], rows))
+    points = np.column_stack([x.ravel(), y.ravel()])
+    inside = (np.abs(points) < half - 1e-9).all(axis=1)
+    points[inside] += np.random.default_rng(5).uniform(-0.4, 0.4, (inside.sum(), 2))
+    return points

@@ -27,7 +27,9 @@ def polygonise(form: Form, lower: Points, upper: Points, step: float) -> tuple[P
     size = np.ceil((np.asarray(upper) - lower) / step).astype(int) + 1
     image = pv.ImageData(dimensions=size, spacing=(step,) * 3, origin=lower)
     points = np.asarray(image.points, dtype=float)
-    values = np.concatenate([form(part) for part in np.array_split(points, 1 + len(points) // 10**6)])
+    values = np.concatenate(
+        [form(part) for part in np.array_split(points, 1 + len(points) // 10**6)]
+    )
     surface = image.contour([0.0], scalars=values, method="flying_edges").triangulate().clean()
     return np.asarray(surface.points, dtype=float), surface.regular_faces.astype(np.int64)
 
@@ -75,8 +77,17 @@ def project(form: Form, p: Points, steps: int = 8) -> Points:
     return p
 
 
-def relax(form: Form, vertices: Points, faces: Faces, rounds: int = 10) -> Points:
-    """Even out the triangles: slide vertices in the surface towards the mean of their neighbours."""
+def relax(
+    form: Form,
+    vertices: Points,
+    faces: Faces,
+    rounds: int = 10,
+    held: NDArray[np.bool_] | None = None,
+) -> Points:
+    """Even out the triangles: slide vertices in the surface towards their neighbours' mean.
+
+    Vertices in the mask ``held`` (n,) stay.
+    """
     n = len(vertices)
     i, j = faces[:, [0, 1, 2]].ravel(), faces[:, [1, 2, 0]].ravel()
     ring = sp.csr_array((np.ones(len(i)), (i, j)), shape=(n, n))
@@ -87,6 +98,8 @@ def relax(form: Form, vertices: Points, faces: Faces, rounds: int = 10) -> Point
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
         move = 0.6 * (ring @ vertices / count - vertices)
         move -= (move * normal).sum(axis=1, keepdims=True) * normal
+        if held is not None:
+            move[held] = 0.0
         vertices = project(form, vertices + move, steps=2)
     return project(form, vertices)
 
@@ -112,6 +125,11 @@ def mesh_form(
         vertices, faces = remesh(vertices, faces, fine_edge, only=part(vertices))
     vertices = relax(form, vertices, faces)
     return vertices, outward(vertices, faces)
+
+
+def heights(plain_form: Form, vertices: Points, plain: Points) -> NDArray[np.float64]:
+    """Return how far vertices lie outside (positive) or inside the plain form, (n,) mm."""
+    return np.copysign(np.linalg.norm(vertices - plain, axis=1), plain_form(vertices))
 
 
 def outward(vertices: Points, faces: Faces) -> Faces:

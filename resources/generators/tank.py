@@ -6,19 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from resources.generators.remesh import Points, gradient, mesh_form, project
+from resources.generators.remesh import Points, gradient, heights, mesh_form, project
 from resources.generators.sample import Sample
 from resources.generators.solids import fade, smooth_cut, smooth_union, turned
 
 Values = NDArray[np.float64]
 
 HALF_LENGTH = 200.0
-EDGE = 2.4
+EDGE = 2.3
 # Stations along the body from rear (-1) to front (1), continued past both ends.
 STATIONS = np.array([-1.2, -0.8, -0.4, 0.0, 0.35, 0.7, 1.2])
-HALF_WIDTH = CubicSpline(STATIONS, [42.0, 58.0, 76.0, 98.0, 112.0, 108.0, 80.0])
-TOP = CubicSpline(STATIONS, [62.0, 84.0, 118.0, 150.0, 165.0, 160.0, 122.0])
-BOTTOM = CubicSpline(STATIONS, [14.0, 6.0, 0.0, -2.0, 0.0, 6.0, 26.0])
+HALF_WIDTH = CubicSpline(STATIONS, [62.0, 70.0, 82.0, 99.0, 111.0, 110.0, 88.0])
+TOP = CubicSpline(STATIONS, [84.0, 98.0, 120.0, 147.0, 162.0, 160.0, 132.0])
+BOTTOM = CubicSpline(STATIONS, [10.0, 4.0, 0.0, 0.0, 2.0, 8.0, 22.0])
 
 CAP_X = 62.0
 GROOVES = ((98.0, 76.0), (77.0, 62.0), (56.0, 48.0))  # heights at the front and at the rear
@@ -31,9 +31,9 @@ def _loft(p: Points) -> Values:
     across = np.abs(p[:, 1]) / HALF_WIDTH(along)
     rise = (p[:, 2] - 0.5 * (top + bottom)) / (0.5 * (top - bottom))
     # Rounder above than below: the exponent of the section changes softly with height.
-    m = 2.7 - 0.35 * np.tanh(2 * rise)
+    m = 2.9 - 0.5 * np.tanh(2 * rise)
     section = (across**m + np.abs(rise) ** m) ** (1 / m)
-    return (np.abs(p[:, 0] / HALF_LENGTH) ** 3 + section**3) ** (1 / 3) - 1
+    return (np.abs(p[:, 0] / HALF_LENGTH) ** 3.2 + section**3.2) ** (1 / 3.2) - 1
 
 
 def body(p: Points) -> Values:
@@ -55,9 +55,9 @@ def grooves(p: Points) -> Values:
         centre = rear + (front - rear) * t + 9 * np.sin(np.pi * np.clip(t, 0, 1))
         lean = (front - rear) / 320 + 9 * np.pi / 320 * np.cos(np.pi * np.clip(t, 0, 1))
         away = np.abs(z - centre) / np.hypot(1, lean)
-        wide = 4.5 + 3.5 * np.clip(t, 0, 1)
+        wide = 6.0 + 3.0 * np.clip(t, 0, 1)
         ends = fade(x, -150 + 22 * number, -105 + 22 * number) * fade(x, 160, 125)
-        depth += 3.6 * ends * (1 - fade(away / wide, 0.15, 1.0))
+        depth += 3.8 * ends * (1 - fade(away / wide, 0.15, 1.0))
     return -depth * fade(np.abs(p[:, 1]), 15.0, 30.0)
 
 
@@ -77,9 +77,9 @@ def cap(p: Points) -> Values:
     flat = off - rise[:, None] * UP
     across = np.linalg.norm(flat, axis=1)
     angle = np.arctan2(flat[:, 1], flat[:, 0])
-    flange = turned(rise, across, -12.0, 4.5, 43.0, 39.0, 2.5)
-    fluted = across - 1.1 * np.cos(14 * angle) * fade(across, 12.0, 26.0)
-    dome = turned(rise + 0.0022 * across**2, fluted, -10.0, 17.5, 31.0, 28.0, 4.0)
+    flange = turned(rise, across, -12.0, 3.8, 36.0, 33.0, 2.4)
+    fluted = across - 0.9 * np.cos(12 * angle) * fade(across, 10.0, 22.0)
+    dome = turned(rise + 0.003 * across**2, fluted, -10.0, 14.5, 26.0, 24.0, 3.6)
     return smooth_union(flange, dome, 2.0)
 
 
@@ -93,8 +93,8 @@ def make() -> Sample:
     lower, upper = np.array([-206.0, -118.0, -8.0]), np.array([206.0, 118.0, 192.0])
     vertices, faces = mesh_form(form, lower, upper, 2.0, EDGE)
     plain = project(body, vertices, steps=16)
-    groove = grooves(vertices)
-    crown = np.where(cap(vertices) < 2.0, np.maximum(body(vertices) - groove, 0.0), 0.0)
+    height = heights(body, vertices, plain)
+    parts = {"grooves": np.minimum(height, 0.0), "cap": np.maximum(height, 0.0)}
     x, z = vertices[:, 0], vertices[:, 2]
     side = (vertices[:, 1] < -25) & (x > -170) & (x < 175) & (z > 28) & (z < 132)
-    return Sample(vertices, faces, plain, {"grooves": groove, "cap": crown}, side)
+    return Sample(vertices, faces, plain, parts, side)

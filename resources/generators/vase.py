@@ -14,16 +14,16 @@ from resources.generators.solids import bump
 # Radius and height of the turned outline, from the middle of the underside to the well's bottom.
 OUTLINE = np.array(
     [
-        (0.0, 2.0), (16.0, 1.7), (26.5, 0.6), (30.5, 0.1), (33.2, 2.2), (32.0, 6.0), (28.6, 12.0),
-        (29.5, 22.0), (38.0, 40.0), (51.0, 66.0), (57.5, 92.0), (53.5, 118.0), (40.5, 142.0),
-        (26.5, 162.0), (19.6, 181.0), (20.2, 199.0), (26.5, 212.0), (34.2, 218.6), (36.0, 220.3),
-        (34.6, 221.6), (30.5, 219.6), (22.5, 211.0), (17.0, 198.0), (15.8, 180.0), (15.0, 150.0), (10.5, 137.0),
-        (0.0, 133.0),
+        (0.0, 3.2), (14.0, 2.9), (22.0, 1.4), (27.0, 0.1), (30.8, 1.5), (31.0, 5.0), (27.2, 10.5),
+        (23.6, 18.0), (25.4, 28.0), (34.5, 46.0), (46.0, 68.0), (54.2, 92.0), (55.0, 114.0),
+        (46.5, 136.0), (31.5, 154.0), (20.8, 170.0), (16.6, 187.0), (19.0, 204.0), (27.0, 215.2),
+        (33.4, 218.6), (36.0, 221.3), (33.6, 223.4), (28.4, 221.4), (19.6, 213.0), (13.6, 200.0),
+        (12.2, 186.0), (12.0, 170.0), (9.0, 160.0), (0.0, 156.5),
     ]
 )  # fmt: skip
-AROUND = 20
-FIRST_ROW, LAST_ROW = 30.0, 146.0  # heights between which the rows lie
-EDGE = 1.65
+AROUND = 22
+FIRST_ROW = 36.0  # height of the lowest row, mm
+EDGE = 1.6
 
 
 class Turned:
@@ -115,10 +115,13 @@ def form(p: Points) -> NDArray[np.float64]:
 def make() -> Sample:
     """Return the vase."""
     vertices, faces = mesh_form(
-        form, np.array([-66.0, -66.0, -3.0]), np.array([66.0, 66.0, 225.0]), 1.2, EDGE
+        form, np.array([-66.0, -66.0, -3.0]), np.array([66.0, 66.0, 227.0]), 1.6, EDGE
     )
     plain = project(FORM.distance, vertices)
     bumps, dimples = studs(vertices)
-    height, number = vertices[:, 2], ROW_NUMBER(np.clip(FORM.nearest(vertices), 0, ROW_NUMBER.x[-1]))
-    front = (vertices[:, 0] > 8) & (height > 40) & (height < 138) & (number > 0)
+    height, number = (
+        vertices[:, 2],
+        ROW_NUMBER(np.clip(FORM.nearest(vertices), 0, ROW_NUMBER.x[-1])),
+    )
+    front = (vertices[:, 0] > 8) & (height > 44) & (height < 142) & (number > 0)
     return Sample(vertices, faces, plain, {"bumps": bumps, "dimples": dimples}, front)
