@@ -1,0 +1,167 @@
+"""The theme of the whole application: palette and a small style sheet, following the system."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtGui import QColor, QPalette
+from PySide6.QtWidgets import QApplication, QStyleFactory
+
+from app.look.colours import DARK, LIGHT, Theme
+
+_SHEET = """
+QToolTip {{ background: {panel}; color: {text}; border: 1px solid {border}; padding: 4px 8px; }}
+QMainWindow::separator {{ background: {border}; width: 1px; height: 1px; }}
+QToolBar {{ background: {panel}; border: 0; padding: 4px; spacing: 4px; }}
+QStatusBar {{ background: {window}; color: {faint}; }}
+QStatusBar::item {{ border: 0; }}
+QDockWidget {{ titlebar-close-icon: none; }}
+QToolButton {{ border: 1px solid transparent; border-radius: 6px; padding: 4px;
+    min-width: 24px; min-height: 24px; }}
+QToolButton:hover {{ background: {hover}; }}
+QToolButton:checked {{ background: {accent}; color: {accent_text}; }}
+QToolButton:focus {{ border: 1px solid {accent}; }}
+QPushButton {{ background: {field}; border: 1px solid {border}; border-radius: 6px;
+    padding: 4px 12px; min-height: 22px; }}
+QPushButton:hover {{ background: {hover}; }}
+QPushButton:pressed {{ background: {border}; }}
+QPushButton:focus {{ border: 1px solid {accent}; }}
+QPushButton:default {{ background: {accent}; color: {accent_text}; border: 1px solid {accent}; }}
+QPushButton:disabled {{ color: {faint}; }}
+QLineEdit, QSpinBox, QDoubleSpinBox, QComboBox {{ background: {field}; color: {text};
+    border: 1px solid {border}; border-radius: 6px; padding: 2px 8px; min-height: 26px;
+    selection-background-color: {accent}; selection-color: {accent_text}; }}
+QLineEdit:focus, QSpinBox:focus, QDoubleSpinBox:focus, QComboBox:focus {{
+    border: 1px solid {accent}; }}
+QListView, QTreeView, QTableView {{ background: {field}; border: 1px solid {border};
+    border-radius: 6px; selection-background-color: {accent};
+    selection-color: {accent_text}; }}
+QMenu {{ background: {panel}; border: 1px solid {border}; padding: 4px; }}
+QMenu::item {{ padding: 6px 24px 6px 16px; border-radius: 4px; }}
+QMenu::item:selected {{ background: {accent}; color: {accent_text}; }}
+QMenu::item:disabled {{ color: {faint}; }}
+QMenu::separator {{ height: 1px; background: {border}; margin: 4px 8px; }}
+QMenuBar {{ background: {window}; }}
+QMenuBar::item:selected {{ background: {hover}; }}
+QProgressBar {{ background: {field}; border: 0; border-radius: 2px; max-height: 4px; }}
+QProgressBar::chunk {{ background: {accent}; border-radius: 2px; }}
+QSlider {{ min-height: 32px; }}
+QSlider::groove:horizontal {{ height: 4px; background: {border}; border-radius: 2px; }}
+QSlider::sub-page:horizontal {{ background: {accent}; border-radius: 2px; }}
+QSlider::handle:horizontal {{ background: {handle}; border: 1px solid {border};
+    width: 16px; height: 16px; margin: -7px 0; border-radius: 9px; }}
+QSlider::handle:horizontal:hover, QSlider::handle:horizontal:focus {{
+    border: 2px solid {accent}; width: 14px; height: 14px; }}
+QScrollBar:vertical {{ background: transparent; width: 10px; margin: 0; }}
+QScrollBar:horizontal {{ background: transparent; height: 10px; margin: 0; }}
+QScrollBar::handle {{ background: {border}; border-radius: 4px; margin: 1px;
+    min-height: 24px; min-width: 24px; }}
+QScrollBar::handle:hover {{ background: {faint}; }}
+QScrollBar::add-line, QScrollBar::sub-line {{ width: 0; height: 0; }}
+QScrollBar::add-page, QScrollBar::sub-page {{ background: transparent; }}
+"""
+
+
+def _mixed(first: str, second: str, share: float) -> str:
+    a, b = QColor(first), QColor(second)
+    return QColor.fromRgbF(
+        a.redF() + (b.redF() - a.redF()) * share,
+        a.greenF() + (b.greenF() - a.greenF()) * share,
+        a.blueF() + (b.blueF() - a.blueF()) * share,
+    ).name()
+
+
+def palette(theme: Theme) -> QPalette:
+    """Return the Qt palette of `theme`."""
+    colours = QPalette()
+    role = QPalette.ColorRole
+    for which, colour in (
+        (role.Window, theme.window),
+        (role.WindowText, theme.text),
+        (role.Base, theme.field),
+        (role.AlternateBase, theme.panel),
+        (role.Text, theme.text),
+        (role.PlaceholderText, theme.faint),
+        (role.Button, theme.panel),
+        (role.ButtonText, theme.text),
+        (role.BrightText, theme.accent_text),
+        (role.ToolTipBase, theme.panel),
+        (role.ToolTipText, theme.text),
+        (role.Highlight, theme.accent),
+        (role.HighlightedText, theme.accent_text),
+        (role.Link, theme.accent),
+        (role.Light, _mixed(theme.panel, "#ffffff", 0.12)),
+        (role.Midlight, _mixed(theme.panel, "#ffffff", 0.06)),
+        (role.Mid, theme.border),
+        (role.Dark, _mixed(theme.border, "#000000", 0.3)),
+        (role.Shadow, "#000000"),
+        (role.Accent, theme.accent),
+    ):
+        colours.setColor(which, QColor(colour))
+    for which in (role.Text, role.WindowText, role.ButtonText):
+        colours.setColor(
+            QPalette.ColorGroup.Disabled, which, QColor(_mixed(theme.faint, theme.panel, 0.35))
+        )
+    return colours
+
+
+def style_sheet(theme: Theme) -> str:
+    """Return the small style sheet of `theme`: shapes and paddings on an 8 px grid."""
+    return _SHEET.format(
+        window=theme.window,
+        panel=theme.panel,
+        field=theme.field,
+        border=theme.border,
+        text=theme.text,
+        faint=theme.faint,
+        accent=theme.accent,
+        accent_text=theme.accent_text,
+        hover=_mixed(theme.panel, theme.text, 0.10),
+        handle=_mixed(theme.panel, "#ffffff", 0.75 if theme.name == "dark" else 1.0),
+    )
+
+
+class Appearance(QObject):
+    """The application's theme: "dark", "light", or "system" to follow the desktop.
+
+    Signals
+    -------
+    changed : the `Theme` that holds from now on.
+    """
+
+    changed = Signal(object)
+
+    def __init__(self, application: QApplication, choice: str = "system") -> None:
+        super().__init__(application)
+        self._application = application
+        self._choice = choice
+        self.theme = DARK
+        application.setStyle(QStyleFactory.create("Fusion"))
+        application.styleHints().colorSchemeChanged.connect(self._system_changed)
+        self.choose(choice)
+
+    @property
+    def choice(self) -> str:
+        """What was asked for: "dark", "light" or "system"."""
+        return self._choice
+
+    def choose(self, choice: str) -> Theme:
+        """Take a theme by name, or "system"; return the theme that results."""
+        self._choice = choice
+        self.theme = self._resolved(choice)
+        # setColorScheme() does nothing on plain xcb: the palette and the sheet carry the theme.
+        self._application.setPalette(palette(self.theme))
+        self._application.setStyleSheet(style_sheet(self.theme))
+        self.changed.emit(self.theme)
+        return self.theme
+
+    def _resolved(self, choice: str) -> Theme:
+        if choice == "light":
+            return LIGHT
+        if choice == "dark":
+            return DARK
+        scheme = self._application.styleHints().colorScheme()
+        return LIGHT if scheme == Qt.ColorScheme.Light else DARK
+
+    def _system_changed(self) -> None:
+        if self._choice == "system":
+            self.choose("system")

@@ -1,0 +1,46 @@
+"""Key, fill and rim light, moving with the camera, and the clay they fall on."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vtkmodules.vtkRenderingCore import vtkLight, vtkProperty, vtkRenderer
+
+from app.look import Theme, rgb
+
+#: Position in camera coordinates (x right, y up, z to the eye), colour, intensity.
+KEY = ((-0.55, 0.75, 0.75), "#fff6ea", 0.78)
+FILL = ((0.9, 0.05, 0.7), "#dfe9ff", 0.30)
+RIM = ((0.25, 0.65, -0.9), "#ffffff", 0.42)
+
+
+def light_up(renderer: vtkRenderer) -> None:
+    """Replace the renderer's lights by key, fill and rim."""
+    renderer.RemoveAllLights()
+    renderer.SetAutomaticLightCreation(False)
+    for place, colour, intensity in (KEY, FILL, RIM):
+        light = vtkLight()
+        light.SetLightTypeToCameraLight()
+        light.SetPosition(*place)
+        light.SetFocalPoint(0, 0, 0)
+        light.SetColor(*rgb(colour))
+        light.SetIntensity(intensity)
+        renderer.AddLight(light)
+
+
+def background(renderer: vtkRenderer, theme: Theme) -> None:
+    """Lay the quiet vertical gradient of the theme; it is dithered, so it shows no bands."""
+    renderer.SetBackground(*rgb(theme.ground))
+    renderer.SetBackground2(*rgb(theme.sky))
+    renderer.SetGradientBackground(True)
+    renderer.SetDitherGradient(True)
+
+
+def clay(prop: vtkProperty | Any) -> None:
+    """Make a surface matt, with a broad soft highlight by which its form reads."""
+    prop.SetInterpolationToPhong()
+    prop.SetAmbient(0.16)
+    prop.SetDiffuse(0.92)
+    prop.SetSpecular(0.10)
+    prop.SetSpecularPower(18)
+    prop.SetSpecularColor(1.0, 0.98, 0.95)

@@ -1,0 +1,303 @@
+"""What is in the picture: the form, its region, curves on it, the ghost of the original."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from vtkmodules.vtkRenderingCore import vtkRenderer
+
+from app.look import DARK, PIN, REGION, RIM, ROLE_COLOURS, Theme, rgb, rgb8
+from app.viewport.curves import Isoline, Marks, smooth_curve
+from app.viewport.lights import background, clay, light_up
+from app.viewport.standin import StandIn
+from app.viewport.surface import Placement, Surface, summed_at_corners
+from engine.arrays import F64, I64
+from engine.mesh import Mesh
+
+TINT = 0.46  # how much of the region's violet lies over the clay
+FEATHER = 5  # rings of vertices over which the tint fades out
+_LINE = {"rim": 2.5, "source": 6.0, "guide": 2.0, "region": 2.5, "target": 4.0, "pin": 5.0}
+
+
+def feathered(inside: NDArray[np.bool_], faces: I64, rounds: int = FEATHER) -> NDArray[np.float32]:
+    """Return a weight (n,) that falls from 1 in the region to 0 outside over some rings.
+
+    Each round averages over the faces around a vertex. Only how the border looks, never what the
+    region is.
+    """
+    weight = inside.astype(np.float64)
+    touched = np.zeros(len(inside), dtype=bool)
+    border = inside[faces]
+    near = faces[border.any(axis=1) & ~border.all(axis=1)]
+    for _ in range(rounds):
+        touched[near.ravel()] = True
+        near = faces[touched[faces].any(axis=1)]
+    if len(near) == 0:
+        return weight.astype(np.float32)
+    used = np.unique(near)
+    local = np.searchsorted(used, near)
+    count = np.bincount(local.ravel(), minlength=len(used))
+    free = touched[used]
+    w = weight[used]
+    for _ in range(rounds):
+        mean = summed_at_corners(local, w[local].mean(axis=1)[:, None], len(used))[:, 0] / count
+        w = np.where(free, mean, w)
+    weight[used] = w
+    return weight.astype(np.float32)
+
+
+@dataclass
+class _Curve:
+    marks: list[Marks]
+    points: F64
+    role: str
+    closed: bool
+
+
+class Scene:
+    """All that the viewport's renderer draws.
+
+    Parameters
+    ----------
+    renderer : the vtkRenderer to fill.
+    """
+
+    def __init__(self, renderer: vtkRenderer, theme: Theme = DARK) -> None:
+        self.renderer = renderer
+        self.theme = theme
+        self.scale = 1.0
+        self.placement = Placement(np.zeros(3), 1.0)
+        self.surface: Surface | None = None
+        self.stand_in: StandIn | None = None
+        self._faces: I64 = np.zeros((0, 3), dtype=np.int64)
+        self._region: I64 | None = None
+        self._weight: NDArray[np.float32] | None = None
+        self._rim: tuple[Isoline, Marks] | None = None
+        self._map: NDArray[np.uint8] | None = None
+        self._ghost: Surface | None = None
+        self._ghost_positions: F64 | None = None
+        self._ghost_key: bytes = b""
+        self._curves: dict[str, _Curve] = {}
+        self._pins: Marks | None = None
+        light_up(renderer)
+        background(renderer, theme)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take the colours of another theme."""
+        self.theme = theme
+        background(self.renderer, theme)
+        self._paint()
+
+    def set_mesh(self, mesh: Mesh) -> None:
+        """Show another form; everything that lay on the old one goes."""
+        self.clear()
+        self.placement = Placement.of(mesh)
+        self._faces = mesh.faces
+        self.surface = Surface(
+            self.placement.to_scene(mesh.vertices), mesh.faces, rgb8(self.theme.clay)
+        )
+        clay(self.surface.actor.GetProperty())
+        self.renderer.AddActor(self.surface.actor)
+
+    def clear(self) -> None:
+        """Take everything out of the picture."""
+        self.set_region(None)
+        self.set_ghost(None)
+        self.set_pins(None)
+        for name in list(self._curves):
+            self.hide_curve(name)
+        for drawn in (self.surface, self.stand_in and self.stand_in.surface):
+            if drawn is not None:
+                self.renderer.RemoveActor(drawn.actor)
+        self.surface = None
+        self.stand_in = None
+        self._map = None
+
+    def move(self, positions: NDArray[Any], ids: I64 | None) -> None:
+        """Move all vertices, or those of `ids`, to `positions` in mesh units."""
+        assert self.surface is not None
+        self.surface.move(self.placement.to_scene(positions), ids)
+        if self._rim is not None:
+            line, marks = self._rim
+            marks.move(line.points(self.surface.positions))
+        if self.stand_in is not None and self.stand_in.surface.actor.GetVisibility():
+            self.stand_in.follow()
+        self._refresh_ghost()
+
+    # What is coloured
+
+    def set_region(self, ids: I64 | None) -> None:
+        """Tint the region `ids` and draw its rim; None for no region."""
+        if self._rim is not None:
+            self.renderer.RemoveActor(self._rim[1].actor)
+            self._rim = None
+        self._region = ids
+        self._weight = None
+        if self.surface is None:
+            return
+        if ids is not None and len(ids):
+            inside = np.zeros(self.surface.n, dtype=bool)
+            inside[ids] = True
+            self._weight = feathered(inside, self._faces)
+            self._draw_rim(inside)
+        self._paint()
+
+    def _draw_rim(self, inside: NDArray[np.bool_]) -> None:
+        assert self.surface is not None
+        value = feathered(inside, self._faces, rounds=2)
+        some = value[self._faces]
+        near = self._faces[(some.max(axis=1) > 0.5) & (some.min(axis=1) <= 0.5)]
+        if len(near) == 0:
+            return
+        line = Isoline(value, near)
+        marks = Marks(RIM, _LINE["rim"] * self.scale)
+        marks.segments(line.points(self.surface.positions))
+        self.renderer.AddActor(marks.actor)
+        self._rim = (line, marks)
+
+    def set_map(self, colours: NDArray[np.uint8] | None) -> None:
+        """Colour every vertex (n, 3) uint8 instead of clay and region; None for clay again."""
+        self._map = colours
+        self._paint()
+
+    def _paint(self) -> None:
+        if self.surface is None:
+            return
+        if self._map is not None:
+            self.surface.recolour(self._map)
+        elif self._weight is None:
+            self.surface.recolour(np.asarray(rgb8(self.theme.clay), dtype=np.uint8))
+        else:
+            base = np.asarray(rgb8(self.theme.clay), dtype=np.float32)
+            held = np.asarray(rgb8(self.theme.held), dtype=np.float32)
+            violet = np.asarray(rgb8(REGION), dtype=np.float32)
+            tinted = (1 - TINT) * base + TINT * violet
+            colours = held + self._weight[:, None] * (tinted - held)
+            self.surface.recolour((colours + 0.5).astype(np.uint8))
+        if self.stand_in is not None:
+            self.stand_in.follow()
+
+    # What lies over the form
+
+    def set_ghost(self, positions: ArrayLike | None) -> None:
+        """Show the original (n, 3), translucent, wherever it differs from what is shown."""
+        if self._ghost is not None:
+            self.renderer.RemoveActor(self._ghost.actor)
+        self._ghost = None
+        self._ghost_key = b""
+        self._ghost_positions = None
+        if positions is not None and self.surface is not None:
+            self._ghost_positions = self.placement.to_scene(positions)
+            self._refresh_ghost()
+
+    def _refresh_ghost(self) -> None:
+        if self._ghost_positions is None or self.surface is None:
+            return
+        apart = np.abs(self._ghost_positions - self.surface.positions).max(axis=1) > 0.02
+        key = np.packbits(apart).tobytes()
+        if key == self._ghost_key:
+            return
+        self._ghost_key = key
+        if self._ghost is not None:
+            self.renderer.RemoveActor(self._ghost.actor)
+            self._ghost = None
+        faces = self._faces[apart[self._faces].any(axis=1)]
+        if len(faces) == 0:
+            return
+        used = np.unique(faces)
+        positions = self._ghost_positions[used]
+        self._ghost = Surface(positions, np.searchsorted(used, faces), (255, 255, 255))
+        look = self._ghost.actor.GetProperty()
+        look.SetOpacity(0.22)
+        look.BackfaceCullingOn()
+        look.SetAmbient(0.35)
+        look.SetDiffuse(0.65)
+        self._ghost.mapper.ScalarVisibilityOff()
+        look.SetColor(*rgb("#dfe6f2"))
+        self._ghost.actor.PickableOff()
+        self.renderer.AddActor(self._ghost.actor)
+
+    def show_curve(
+        self,
+        name: str,
+        points: ArrayLike,
+        role: str,
+        closed: bool = False,
+        anchors: ArrayLike | None = None,
+    ) -> None:
+        """Draw a curve (p, 3), mesh units, under a name; the same name again replaces it.
+
+        Parameters
+        ----------
+        anchors : (a, 3) the points shown as dots, or None for those of the curve.
+        """
+        self.hide_curve(name)
+        given = self.placement.to_scene(np.atleast_2d(np.asarray(points, dtype=np.float64)))
+        dots = given if anchors is None else self.placement.to_scene(np.atleast_2d(anchors))
+        colour = ROLE_COLOURS[role]
+        width = _LINE[role] * self.scale
+        marks = [Marks(colour, width).tube().line(smooth_curve(given, closed))]
+        if role == "source":
+            marks.append(Marks(_lighter(colour), 1.15 * width).tube().dots(dots))
+            if not closed:
+                ends = np.stack([given[0], given[-1]])
+                marks.append(Marks("#ffffff", 2.6 * width).tube().dots(ends))
+                marks.append(Marks(colour, 1.8 * width).tube().dots(ends))
+                marks[-1].mapper.SetRelativeCoincidentTopologyPointOffsetParameter(-400.0)
+        for each in marks:
+            self.renderer.AddActor(each.actor)
+        self._curves[name] = _Curve(marks, given, role, closed)
+
+    def hide_curve(self, name: str) -> None:
+        """Take the curve of that name away, if there is one."""
+        curve = self._curves.pop(name, None)
+        for marks in curve.marks if curve is not None else ():
+            self.renderer.RemoveActor(marks.actor)
+
+    def set_pins(self, points: ArrayLike | None) -> None:
+        """Show pins at `points` (p, 3), mesh units; None or nothing for no pins."""
+        if self._pins is not None:
+            self.renderer.RemoveActor(self._pins.actor)
+            self._pins = None
+        if points is not None and len(np.asarray(points)):
+            places = self.placement.to_scene(np.atleast_2d(np.asarray(points, dtype=np.float64)))
+            self._pins = Marks(PIN, 11.0 * self.scale).tube().dots(places)
+            self.renderer.AddActor(self._pins.actor)
+
+    # A lighter picture while it moves
+
+    def use_stand_in(self, wanted: bool) -> None:
+        """Draw the lighter form instead of the form itself, or the form again."""
+        if self.surface is None:
+            return
+        if wanted and self.stand_in is None:
+            self.stand_in = StandIn(self.surface)
+            self.stand_in.surface.actor.SetProperty(self.surface.actor.GetProperty())
+            self.renderer.AddActor(self.stand_in.surface.actor)
+        if self.stand_in is None:
+            return
+        if wanted:
+            self.stand_in.follow()
+        self.stand_in.surface.actor.SetVisibility(wanted)
+        self.surface.actor.SetVisibility(not wanted)
+
+    @property
+    def radius(self) -> float:
+        """Radius about the scene's origin of a ball that holds everything drawn."""
+        reach = [1.0]
+        for points in (
+            self.surface and self.surface.positions,
+            self._ghost_positions,
+            *(curve.points for curve in self._curves.values()),
+        ):
+            if points is not None and len(points):
+                reach.append(float(np.abs(points).max()) * 3**0.5)
+        return 1.05 * max(reach)
+
+
+def _lighter(colour: str, share: float = 0.55) -> str:
+    mixed = (round(c + (255 - c) * share) for c in rgb8(colour))
+    return "#" + "".join(f"{c:02x}" for c in mixed)

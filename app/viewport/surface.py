@@ -1,0 +1,186 @@
+"""The form as VTK draws it: one actor whose positions, normals and colours are numpy arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
+
+from engine.arrays import F64, I64
+from engine.mesh import Mesh
+
+F32 = NDArray[np.float32]
+U8 = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """The map from mesh units to scene units: float32 keeps its digits, VTK its tolerances.
+
+    A far-away or tiny model is moved to the origin and scaled to a diagonal of 64 to 128 units, by a
+    power of two, so that nothing is rounded on the way back.
+
+    Parameters
+    ----------
+    centre : (3,) in mesh units.
+    scale : scene units in one mesh unit.
+    """
+
+    centre: F64
+    scale: float
+
+    @classmethod
+    def of(cls, mesh: Mesh) -> Placement:
+        """Return the placement that centres `mesh`."""
+        diagonal = mesh.diagonal if mesh.diagonal > 0 else 1.0
+        return cls(mesh.bounds.mean(axis=0), 2.0 ** (6 - np.floor(np.log2(diagonal))))
+
+    def to_scene(self, points: ArrayLike) -> F64:
+        """Return mesh positions (..., 3) in scene units."""
+        return np.asarray((np.asarray(points, dtype=np.float64) - self.centre) * self.scale)
+
+    def to_mesh(self, points: ArrayLike) -> F64:
+        """Return scene positions (..., 3) in mesh units."""
+        return np.asarray(np.asarray(points, dtype=np.float64) / self.scale + self.centre)
+
+    @cached_property
+    def matrix(self) -> F64:
+        """The map as (4, 4): scene = matrix @ (x, y, z, 1)."""
+        m = np.eye(4) * self.scale
+        m[:3, 3] = -self.scale * self.centre
+        m[3, 3] = 1.0
+        return m
+
+
+def summed_at_corners(faces: I64, values: NDArray[Any], n: int) -> NDArray[Any]:
+    """Return, at each of `n` vertices, the sum of `values` (f, c) over the faces around it, (n, c)."""
+    corners = faces.ravel()
+    columns = [
+        np.bincount(corners, weights=np.repeat(values[:, c], 3), minlength=n)
+        for c in range(values.shape[1])
+    ]
+    return np.stack(columns, axis=1)
+
+
+def unit_normals(positions: NDArray[Any], faces: I64, n: int) -> F32:
+    """Return area-weighted unit normals (n, 3) of `faces`; zero where no face has an area."""
+    a, b, c = (positions[faces[:, k]] for k in range(3))
+    summed = summed_at_corners(faces, np.cross(b - a, c - a), n)
+    length = np.linalg.norm(summed, axis=1, keepdims=True)
+    return np.divide(summed, length, out=np.zeros_like(summed), where=length > 0).astype(np.float32)
+
+
+class _Neighbourhood:
+    """Which normals change when the vertices `ids` move, and the faces that give them."""
+
+    def __init__(self, ids: I64, faces: I64, n: int) -> None:
+        self.ids = ids
+        moved = np.zeros(n, dtype=bool)
+        moved[ids] = True
+        around = np.zeros(n, dtype=bool)
+        around[faces[moved[faces].any(axis=1)].ravel()] = True
+        self.ring = np.flatnonzero(around)
+        local = np.full(n, -1, dtype=np.int64)
+        touching = faces[around[faces].any(axis=1)]
+        used = np.unique(touching)
+        local[used] = np.arange(len(used))
+        self.used = used
+        self.faces = local[touching]
+        self.ring_local = local[self.ring]
+
+    def normals(self, positions: NDArray[Any]) -> F32:
+        """Return the unit normals of the ring, (r, 3)."""
+        return unit_normals(positions[self.used], self.faces, len(self.used))[self.ring_local]
+
+
+class Surface:
+    """One triangle surface on screen.
+
+    Parameters
+    ----------
+    positions : (n, 3) in scene units.
+    faces : (f, 3).
+    colour : (3,) uint8, of every vertex at first.
+
+    Attributes
+    ----------
+    positions, normals : (n, 3) float32, colours : (n, 3) uint8; the arrays VTK itself reads.
+    actor : the vtkActor to put into a renderer.
+    """
+
+    def __init__(self, positions: NDArray[Any], faces: I64, colour: ArrayLike) -> None:
+        n = len(positions)
+        self.faces = faces
+        self.positions: F32 = np.ascontiguousarray(positions, dtype=np.float32).copy()
+        self.normals = unit_normals(self.positions, faces, n)
+        self.colours: U8 = np.tile(np.asarray(colour, dtype=np.uint8), (n, 1))
+        self._neighbourhood: _Neighbourhood | None = None
+
+        self._points = vtkPoints()
+        self._points.SetData(numpy_to_vtk(self.positions))
+        self._normals = numpy_to_vtk(self.normals)
+        self._normals.SetName("Normals")
+        self._rgb = numpy_to_vtk(self.colours)
+        self._rgb.SetName("rgb")
+        self._connectivity = np.ascontiguousarray(faces, dtype=np.int64).reshape(-1)
+        self._offsets = np.arange(0, 3 * len(faces) + 1, 3, dtype=np.int64)
+        cells = vtkCellArray()
+        cells.SetData(
+            numpy_to_vtkIdTypeArray(self._offsets), numpy_to_vtkIdTypeArray(self._connectivity)
+        )
+        self.data = vtkPolyData()
+        self.data.SetPoints(self._points)
+        self.data.SetPolys(cells)
+        self.data.GetPointData().SetNormals(self._normals)
+        self.data.GetPointData().SetScalars(self._rgb)
+
+        self.mapper = vtkPolyDataMapper()
+        self.mapper.SetInputData(self.data)
+        self.mapper.SetColorModeToDirectScalars()
+        self.mapper.SetScalarModeToUsePointData()
+        self.mapper.ScalarVisibilityOn()
+        self.actor = vtkActor()
+        self.actor.SetMapper(self.mapper)
+
+    @property
+    def n(self) -> int:
+        """Number of vertices."""
+        return len(self.positions)
+
+    def move(self, positions: NDArray[Any], ids: I64 | None = None) -> None:
+        """Take new positions in scene units: of all vertices (n, 3), or of `ids` only (m, 3)."""
+        if ids is None:
+            self.positions[:] = positions
+            self.normals[:] = unit_normals(self.positions, self.faces, self.n)
+        else:
+            self.positions[ids] = positions
+            if self._neighbourhood is None or self._neighbourhood.ids is not ids:
+                self._neighbourhood = _Neighbourhood(ids, self.faces, self.n)
+            self.normals[self._neighbourhood.ring] = self._neighbourhood.normals(self.positions)
+        self._points.GetData().Modified()
+        self._points.Modified()
+        self._normals.Modified()
+
+    def recolour(self, colours: NDArray[Any], ids: I64 | None = None) -> None:
+        """Take new colours: of all vertices (n, 3) uint8, or of `ids` only."""
+        self.colours[slice(None) if ids is None else ids] = colours
+        self._rgb.Modified()
+
+    def refresh(self) -> None:
+        """Tell VTK that positions, normals and colours were written in place."""
+        self._points.GetData().Modified()
+        self._points.Modified()
+        self._normals.Modified()
+        self._rgb.Modified()
+
+    @property
+    def stamp(self) -> tuple[int, int]:
+        """A pair that changes whenever positions or visibility may have changed."""
+        return (self._points.GetMTime(), self.data.GetMTime())

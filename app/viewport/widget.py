@@ -1,0 +1,567 @@
+"""Viewport: the form on screen, rendered once per frame, and the hands on it.
+
+It knows no document and no tool. Pixels at its public interface are logical pixels from the top left
+corner; positions are in mesh units.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from PySide6.QtCore import QElapsedTimer, QEvent, QPointF, QSize, Qt, QTimer, Signal
+from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QComboBox, QLineEdit, QWidget
+from pyvistaqt import QtInteractor
+from vtkmodules.vtkCommonCore import vtkFloatArray
+
+from app.look import DARK, Theme
+from app.viewport.camera import STANDARD_VIEWS, Eye
+from app.viewport.hands import ORBIT_PER_PIXEL, ZOOM_PER_PIXEL, Hands, Motion
+from app.viewport.idimage import capture
+from app.viewport.overlay import Overlay, SpaceCurve
+from app.viewport.picking import Sight
+from app.viewport.scene import Scene
+from engine.arrays import F64, I64
+from engine.mesh import Mesh
+from engine.view import View
+from plugins.api import Hit, Pointer
+
+FLIGHT_MS = 220
+REST_MS = 160
+SLOW_FRAME_MS = 80.0
+_TYPED_INTO = (QLineEdit, QAbstractSpinBox, QComboBox)
+
+
+class Viewport(QtInteractor):
+    """The form on screen.
+
+    Signals
+    -------
+    pointer : `plugins.api.Pointer` of the left button, the pen tip, or hovering.
+    cancelled : the gesture under way will have no release.
+    camera_changed : the camera moved.
+    rested : the camera has come to rest.
+    alt_scrolled : notches of the wheel turned with Alt held.
+    """
+
+    pointer = Signal(object)
+    cancelled = Signal()
+    camera_changed = Signal()
+    rested = Signal()
+    alt_scrolled = Signal(float)
+
+    def __init__(self, parent: QWidget | None = None, theme: Theme = DARK) -> None:
+        super().__init__(parent, auto_update=False, multi_samples=0, lighting="none")
+        self.setAcceptDrops(False)
+        self.setTabletTracking(True)
+        self.setAttribute(Qt.WidgetAttribute.WA_AcceptTouchEvents)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setMinimumSize(160, 120)
+        # VTK renders when Qt paints, and never else: one render for each frame.
+        interactor = self.render_window.GetInteractor()
+        interactor.EnableRenderOff()
+        interactor.AddObserver("RenderEvent", self._render_wanted)
+        self.disable_picking()
+
+        self.renders = 0
+        self.frame_ms = 0.0
+        self._full_frame_ms = 0.0
+        self._form: Mesh | None = None
+        self._vertices: F64 = np.zeros((0, 3))
+        self._sight: tuple[Any, Sight] | None = None
+        self._pivot: F64 = np.zeros(3)
+        self._tool_cursor = None
+        self._software: bool | None = None
+        self.scene = Scene(self.renderer, theme)
+        self.overlay = Overlay(self)
+        self._eye = Eye(np.zeros(3), 200.0)
+        self._flight: tuple[Eye, Eye] | None = None
+        self._flight_clock = QElapsedTimer()
+        self._flight_timer = QTimer(self)
+        self._flight_timer.setTimerType(Qt.TimerType.PreciseTimer)
+        self._flight_timer.setInterval(15)
+        self._flight_timer.timeout.connect(self._fly)
+        self._rest_timer = QTimer(self)
+        self._rest_timer.setSingleShot(True)
+        self._rest_timer.setInterval(REST_MS)
+        self._rest_timer.timeout.connect(self._rest)
+        self.hands = Hands(self)
+        self._apply_eye()
+
+    # Rendering
+
+    def _render_wanted(self, *_: Any) -> None:
+        if not self._in_paint:
+            self.update()
+
+    def render(self, *_: Any, **__: Any) -> None:
+        """Ask for a frame; whoever asks ten times before it comes gets one."""
+        self._rendered = True
+        self.update()
+
+    def paintGL(self) -> None:  # noqa: N802
+        """Render the scene, once."""
+        window = self._RenderWindow
+        interactor = window.GetInteractor() if window is not None else None
+        if interactor is not None:
+            interactor.EnableRenderOn()
+        begin = time.perf_counter()
+        try:
+            super().paintGL()
+        finally:
+            if interactor is not None:
+                interactor.EnableRenderOff()
+        self.renders += 1
+        self.frame_ms = 1e3 * (time.perf_counter() - begin)
+        if self.scene.surface is not None and self.scene.surface.actor.GetVisibility():
+            self._full_frame_ms = self.frame_ms
+
+    def initializeGL(self) -> None:  # noqa: N802
+        """Prepare OpenGL: many samples on a graphics card, a cheap filter on a processor."""
+        super().initializeGL()
+        name = str(self.context().functions().glGetString(0x1F01) or "").lower()
+        self._software = any(word in name for word in ("llvmpipe", "softpipe", "swrast"))
+        self.render_window.SetMultiSamples(0 if self._software else 8)
+        self.renderer.SetUseFXAA(self._software)
+
+    def resizeGL(self, width: int, height: int) -> None:  # noqa: N802
+        """Follow the widget's size."""
+        super().resizeGL(width, height)
+        self.overlay.setGeometry(self.rect())
+        self.scene.scale = self.devicePixelRatioF()
+        self._apply_eye()
+
+    @property
+    def software(self) -> bool:
+        """Whether OpenGL runs on the processor; known once the window has been shown."""
+        return bool(self._software)
+
+    # The form
+
+    @property
+    def form(self) -> Mesh | None:
+        """The mesh that was set; `vertices` tells where its vertices are shown now."""
+        return self._form
+
+    @property
+    def vertices(self) -> F64:
+        """Positions as shown, (n, 3), mesh units."""
+        return self._vertices
+
+    def set_mesh(self, mesh: Mesh, keep_camera: bool = False) -> None:
+        """Show a mesh, framed three-quarter, or from where one looks now."""
+        before = self.scene.placement
+        self.scene.set_mesh(mesh)
+        self._form = mesh
+        self._vertices = mesh.vertices.copy()
+        self._sight = None
+        after = self.scene.placement
+        if keep_camera:
+            scale = after.scale / before.scale
+            centre = after.to_scene(before.to_mesh(self._eye.centre))
+            self._set_eye(replace(self._eye, centre=centre, distance=self._eye.distance * scale))
+        else:
+            azimuth, elevation = (math.radians(a) for a in STANDARD_VIEWS["three-quarter"])
+            self._set_eye(replace(self._eye, azimuth=azimuth, elevation=elevation))
+            self.frame(animate=False)
+        self._changed()
+
+    def set_vertices(self, positions: ArrayLike, changed_ids: I64 | None = None) -> None:
+        """Move the form.
+
+        Parameters
+        ----------
+        positions : (n, 3) of all vertices, or (m, 3) of `changed_ids`, mesh units.
+        changed_ids : (m,) the vertices that moved; the same array again and again is fastest.
+        """
+        p = np.asarray(positions, dtype=np.float64)
+        if changed_ids is None:
+            self._vertices[:] = p
+        else:
+            if len(p) != len(changed_ids):
+                p = p[changed_ids]
+            self._vertices[changed_ids] = p
+        self.scene.move(p, changed_ids)
+        self._changed()
+
+    def set_region(self, ids: I64 | None) -> None:
+        """Tint the vertices `ids` as the region and draw their rim; None for no region."""
+        self.scene.set_region(ids)
+        self.update()
+
+    def set_colours(self, colours: ArrayLike | None) -> None:
+        """Colour every vertex, (n, 3) uint8, instead of clay and region; None for clay."""
+        self.scene.set_map(None if colours is None else np.asarray(colours, dtype=np.uint8))
+        self.update()
+
+    def ghost(self, positions: ArrayLike | None) -> None:
+        """Show other positions (n, 3) of the same mesh, translucent, where they differ."""
+        self.scene.set_ghost(positions)
+        self.update()
+
+    def set_pins(self, points: ArrayLike | None) -> None:
+        """Show pins at `points` (p, 3); None for no pins."""
+        self.scene.set_pins(points)
+        self.update()
+
+    def show_curve(
+        self,
+        name: str,
+        points: ArrayLike,
+        role: str,
+        closed: bool = False,
+        anchors: ArrayLike | None = None,
+        label: str = "",
+    ) -> None:
+        """Show a curve (p, 3) under a name until `hide_curve(name)`.
+
+        A target or a guide is drawn over everything; any other curve lies on the form and is hidden
+        by what is in front of it.
+        """
+        self.hide_curve(name)
+        if role in ("target", "guide"):
+            p = np.atleast_2d(np.asarray(points, dtype=np.float64))
+            self.overlay.set_curve(name, SpaceCurve(p, role, closed, label))
+            self.overlay.follow(self.view())
+        else:
+            self.scene.show_curve(name, points, role, closed, anchors)
+        self.update()
+
+    def hide_curve(self, name: str) -> None:
+        """Take the curve of that name away, if there is one."""
+        self.overlay.set_curve(name, None)
+        self.scene.hide_curve(name)
+        self.update()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take the colours of another theme."""
+        self.scene.set_theme(theme)
+        self.overlay.set_theme(theme)
+        self.update()
+
+    # Ink
+
+    def ink(self, path: ArrayLike, role: str, closed: bool = False) -> None:
+        """Show a stroke (p, 2) over the picture; nothing is rendered for it."""
+        self.overlay.ink(path, role, closed)
+
+    def clear_ink(self) -> None:
+        """Take the stroke away."""
+        self.overlay.clear_ink()
+
+    # What is seen
+
+    def view(self) -> View:
+        """Return the camera as numbers: mesh units to logical pixels."""
+        width, height = self._device_size()
+        camera = self.renderer.GetActiveCamera()
+        m = camera.GetCompositeProjectionTransformMatrix(width / height, -1, 1)
+        matrix = np.array([[m.GetElement(i, j) for j in range(4)] for i in range(4)])
+        ratio = self.devicePixelRatioF()
+        return View(matrix @ self.scene.placement.matrix, (width / ratio, height / ratio))
+
+    def _device_size(self) -> tuple[int, int]:
+        ratio = self.devicePixelRatioF()
+        return max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio))
+
+    def sight(self) -> Sight | None:
+        """Return what the camera sees of the form now; worked out once for each view."""
+        surface = self.scene.surface
+        if surface is None or self._form is None or not self.render_window.GetReadyForRendering():
+            return None
+        view = self.view()
+        key = (view, surface.stamp, self._device_size())
+        if self._sight is not None and self._sight[0] == key:
+            return self._sight[1]
+        ids = capture(self.render_window, self.renderer, surface.actor)[::-1]
+        sight = Sight(
+            np.ascontiguousarray(ids),
+            view,
+            self.devicePixelRatioF(),
+            self._vertices.copy(),
+            surface.normals.copy(),
+            self._form.faces,
+        )
+        self._sight = (key, sight)
+        return sight
+
+    def pick(self, x: float, y: float) -> Hit | None:
+        """Return what is visible at a pixel, or None over the background."""
+        sight = self.sight()
+        return None if sight is None else sight.pick(x, y)
+
+    def vertices_inside(self, polygon: ArrayLike, through: bool = False) -> I64:
+        """Return ids of the vertices inside a closed lasso (p, 2), the visible ones or all."""
+        sight = self.sight()
+        none = np.zeros(0, dtype=np.int64)
+        return none if sight is None else sight.vertices_inside(polygon, through)
+
+    def vertices_near(self, x: float, y: float, radius: float, through: bool = False) -> I64:
+        """Return ids of the vertices within `radius` px of a point: a brush's touch."""
+        sight = self.sight()
+        none = np.zeros(0, dtype=np.int64)
+        return none if sight is None else sight.vertices_near(x, y, radius, through)
+
+    def faces_under(self, path: ArrayLike) -> I64:
+        """Return ids of the visible triangles below a path (p, 2), in the path's order."""
+        sight = self.sight()
+        return np.zeros(0, dtype=np.int64) if sight is None else sight.faces_under(path)
+
+    # The camera
+
+    @property
+    def eye(self) -> Eye:
+        """Where one looks from, in scene coordinates; frozen, to keep and to give back."""
+        return self._eye
+
+    def look(self, eye: Eye, animate: bool = True) -> None:
+        """Look from `eye`, flying there; any movement of the hand ends the flight."""
+        if not animate or not self.isVisible():
+            self._stop_flight()
+            self._set_eye(eye)
+            return
+        self._flight = (self._eye, eye)
+        self._flight_clock.start()
+        self._flight_timer.start()
+
+    def standard_view(self, name: str, animate: bool = True) -> None:
+        """Look from "front", "back", "left", "right", "top", "bottom" or "three-quarter"."""
+        azimuth, elevation = (math.radians(a) for a in STANDARD_VIEWS[name])
+        turned = replace(self._eye, azimuth=azimuth, elevation=elevation)
+        self.look(turned, animate)
+
+    def frame(self, ids: I64 | None = None, animate: bool = True) -> None:
+        """Bring the vertices `ids`, or the whole form, into the picture."""
+        if self.scene.surface is None:
+            return
+        points = self.scene.surface.positions
+        points = (points if ids is None or len(ids) == 0 else points[ids]).astype(np.float64)
+        goal = self._flight[1] if self._flight is not None else self._eye
+        width, height = self._device_size()
+        self.look(goal.framing(points, width / height), animate)
+
+    def set_perspective(self, wanted: bool) -> None:
+        """Look in perspective, or orthographically with the same size at the centre."""
+        self._stop_flight()
+        self._set_eye(replace(self._eye, perspective=wanted))
+
+    @property
+    def perspective(self) -> bool:
+        """Whether the picture is in perspective."""
+        return self._eye.perspective
+
+    def set_up_axis(self, axis: str) -> None:
+        """Take "z" or "y" as the direction that is upright on screen."""
+        self._set_eye(replace(self._eye, up={"y": 1, "z": 2}[axis]))
+
+    def _set_eye(self, eye: Eye) -> None:
+        if eye.same_as(self._eye):
+            return
+        self._eye = eye
+        self._apply_eye()
+        self._lighten()
+        self._changed()
+        self.camera_changed.emit()
+
+    def _apply_eye(self) -> None:
+        self._eye.apply(self.renderer.GetActiveCamera(), self.scene.radius)
+        self.overlay.follow(self.view())
+
+    def _fly(self) -> None:
+        if self._flight is None:
+            self._flight_timer.stop()
+            return
+        start, goal = self._flight
+        share = min(1.0, self._flight_clock.elapsed() / FLIGHT_MS)
+        if share >= 1.0:
+            self._stop_flight()
+            self._set_eye(goal)
+        else:
+            eased = 1.0 - (1.0 - share) ** 3
+            self._set_eye(start.towards(goal, eased))
+
+    def _stop_flight(self) -> None:
+        self._flight = None
+        self._flight_timer.stop()
+
+    # What the hands ask for
+
+    def begin_motion(self, motion: Motion, x: float, y: float) -> None:
+        """Take hold of the point of the form under a pixel."""
+        self._stop_flight()
+        self._pivot = self._under(x, y, fallback=motion is not Motion.ORBIT)
+
+    def continue_motion(self, motion: Motion, dx: float, dy: float) -> None:
+        """Move the camera by a distance in pixels."""
+        if motion is Motion.ORBIT:
+            self._set_eye(
+                self._eye.orbited(self._pivot, -ORBIT_PER_PIXEL * dx, ORBIT_PER_PIXEL * dy)
+            )
+        elif motion is Motion.PAN:
+            unit = self._unit_per_pixel(self._pivot)
+            self._set_eye(self._eye.panned(unit * dx, -unit * dy))
+        else:
+            self._set_eye(self._eye.zoomed(self._pivot, math.exp(-ZOOM_PER_PIXEL * dy)))
+
+    def end_motion(self) -> None:
+        """Let go of the form."""
+        self._rest_timer.start()
+
+    def zoom_at(self, x: float, y: float, factor: float) -> None:
+        """Zoom so that what is under a pixel stays there."""
+        self._stop_flight()
+        self._set_eye(self._eye.zoomed(self._under(x, y), factor))
+
+    def turn_by(self, azimuth: float, elevation: float) -> None:
+        """Turn about the middle of the picture, by angles in radians."""
+        self._stop_flight()
+        self._set_eye(self._eye.orbited(self._eye.centre, azimuth, elevation))
+
+    def emit_pointer(self, pointer: Pointer) -> None:
+        """Hand an event to whoever holds the tool."""
+        if pointer.kind == "press":
+            self._stop_flight()
+            self.overlay.set_invitation(None)
+        self.pointer.emit(pointer)
+
+    def cancel_pointer(self) -> None:
+        """Say that the gesture under way will have no release."""
+        self.cancelled.emit()
+
+    def alt_scroll(self, notches: float) -> None:
+        """Say that the wheel was turned with Alt held."""
+        self.alt_scrolled.emit(notches)
+
+    def set_navigating(self, navigating: bool) -> None:
+        """Show by the cursor that the hand moves the camera, not the tool."""
+        if navigating and self._tool_cursor is None:
+            self._tool_cursor = self.cursor()
+            self.setCursor(Qt.CursorShape.SizeAllCursor)
+        elif not navigating and self._tool_cursor is not None:
+            self.setCursor(self._tool_cursor)
+            self._tool_cursor = None
+
+    def _under(self, x: float, y: float, fallback: bool = True) -> F64:
+        """Return the scene point under a pixel.
+
+        Over the background: the point at the centre's depth, or without `fallback` the centre of the
+        form when that is in the picture, so that turning never throws the form out of sight.
+        """
+        depth = self._depth_at(x, y)
+        if depth is not None:
+            return self._unprojected(x, y, depth)
+        camera = self.renderer.GetActiveCamera()
+        width, height = self._device_size()
+        m = camera.GetCompositeProjectionTransformMatrix(width / height, -1, 1)
+        clip = np.array(m.MultiplyPoint((*self._eye.centre, 1.0)))
+        if fallback:
+            return self._unprojected(x, y, (clip[2] / clip[3] + 1) / 2)
+        middle = np.array(m.MultiplyPoint((0.0, 0.0, 0.0, 1.0)))
+        inside = middle[3] > 0 and bool((np.abs(middle[:2]) < middle[3]).all())
+        return np.zeros(3) if inside else self._eye.centre
+
+    def _depth_at(self, x: float, y: float) -> float | None:
+        """Return the depth buffer's value 0..1 at a logical pixel, None over the background."""
+        if self.scene.surface is None or not self.render_window.GetReadyForRendering():
+            return None
+        width, height = self._device_size()
+        ratio = self.devicePixelRatioF()
+        i, j = math.floor(x * ratio), height - 1 - math.floor(y * ratio)
+        if not (0 <= i < width and 0 <= j < height):
+            return None
+        self.render_window.MakeCurrent()
+        values = vtkFloatArray()
+        self.render_window.GetZbufferData(i, j, i, j, values)
+        depth = values.GetValue(0) if values.GetNumberOfValues() else 1.0
+        return depth if 0.0 < depth < 1.0 else None
+
+    def _unprojected(self, x: float, y: float, depth: float) -> F64:
+        width, height = self._device_size()
+        ratio = self.devicePixelRatioF()
+        camera = self.renderer.GetActiveCamera()
+        m = camera.GetCompositeProjectionTransformMatrix(width / height, -1, 1)
+        m.Invert()
+        clip = (2 * x * ratio / width - 1, 1 - 2 * y * ratio / height, 2 * depth - 1, 1.0)
+        h = np.array(m.MultiplyPoint(clip))
+        return np.asarray(h[:3] / h[3])
+
+    def _unit_per_pixel(self, point: F64) -> float:
+        """Return the scene units in one logical pixel at the depth of `point`."""
+        height = self._device_size()[1] / self.devicePixelRatioF()
+        unit = 2 * self._eye.half_height / height
+        if not self._eye.perspective:
+            return unit
+        depth = float((self._eye.position - point) @ self._eye.axes[2])
+        return unit * max(depth, 1e-6) / self._eye.distance
+
+    # Rest and motion
+
+    def _changed(self) -> None:
+        self._rest_timer.start()
+        self.update()
+
+    def _lighten(self) -> None:
+        if self._full_frame_ms > SLOW_FRAME_MS:
+            self.scene.use_stand_in(True)
+
+    def _rest(self) -> None:
+        if self.hands.busy or self._flight is not None:
+            self._rest_timer.start()
+            return
+        self.scene.use_stand_in(False)
+        self._apply_eye()
+        self.update()
+        self.rested.emit()
+
+    # Qt events that are not the hands'
+
+    def enterEvent(self, event: Any) -> None:  # noqa: N802
+        """Take the keys when the pointer comes, unless somebody is typing."""
+        if not isinstance(QApplication.focusWidget(), _TYPED_INTO):
+            self.setFocus(Qt.FocusReason.MouseFocusReason)
+        event.accept()
+
+    def leaveEvent(self, event: Any) -> None:  # noqa: N802
+        """Hide the brush when the pointer leaves."""
+        self.overlay.set_brush(None)
+        event.accept()
+
+    def keyPressEvent(self, event: Any) -> None:  # noqa: N802
+        """Leave the key to the window: VTK's own keys would close it."""
+        event.ignore()
+
+    def keyReleaseEvent(self, event: Any) -> None:  # noqa: N802
+        """Leave the key to the window."""
+        event.ignore()
+
+    def dragEnterEvent(self, event: Any) -> None:  # noqa: N802
+        """Leave files to the window."""
+        event.ignore()
+
+    def dropEvent(self, event: Any) -> None:  # noqa: N802
+        """Leave files to the window."""
+        event.ignore()
+
+    def event(self, event: QEvent) -> bool:
+        """Handle what Qt sends."""
+        if event.type() == QEvent.Type.ShortcutOverride and event.key() == Qt.Key.Key_Space:
+            event.accept()
+        return bool(super().event(event))
+
+    def sizeHint(self) -> QSize:  # noqa: N802
+        """A canvas wants room."""
+        return QSize(960, 720)
+
+    def close(self) -> None:
+        """Free everything of OpenGL; call it before the window goes."""
+        if getattr(self, "_closed", True):
+            return
+        for timer in (self._flight_timer, self._rest_timer):
+            timer.stop()
+        self._sight = None
+        self.scene.clear()
+        super().close()
