@@ -116,7 +116,7 @@ class Studio:
 
         width, height = self._window.GetSize()
         array = vtkUnsignedCharArray()
-        self._window.GetPixelData(0, 0, width - 1, height - 1, 0, array)
+        self._window.GetPixelData(0, 0, width - 1, height - 1, 0, array, 0)
         pixels: NDArray[np.uint8] = vtk_to_numpy(array).reshape(height, width, 3)[::-1]
         return np.ascontiguousarray(pixels)
 
