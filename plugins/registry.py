@@ -1,7 +1,8 @@
 """Finds tools and steps through entry points; what failed to load is listed with the reason.
 
 Built-in tools and steps are found in the same way as a third party's: by the entry-point groups
-`eigenform.tools` and `eigenform.steps` of installed distributions.
+`eigenform.tools` and `eigenform.steps` of installed distributions. Single files that a person
+switched on (see `plugins.dropin`) come after them.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from typing import Any, Generic, TypeVar
 
 from engine import Kinds, Step
 from plugins.api import Tool
+from plugins.dropin import DropInPoint, dropin_points
 
 log = logging.getLogger(__name__)
 
@@ -23,6 +25,7 @@ STEPS = "eigenform.steps"
 STEP_NAMES = ("apply", "to_json", "from_json", "title")
 
 T = TypeVar("T")
+Points = Iterable[EntryPoint | DropInPoint]
 
 
 @dataclass(frozen=True)
@@ -47,7 +50,7 @@ class Found(Generic[T]):
     failures: tuple[Failure, ...]
 
 
-def find_tools(points: Iterable[EntryPoint] | None = None) -> Found[Tool]:
+def find_tools(points: Points | None = None) -> Found[Tool]:
     """Return one instance of every tool that could be loaded, in the order of the tool rail.
 
     Parameters
@@ -59,7 +62,7 @@ def find_tools(points: Iterable[EntryPoint] | None = None) -> Found[Tool]:
     return Found(dict(ordered), found.failures)
 
 
-def find_steps(points: Iterable[EntryPoint] | None = None) -> Found[type[Step]]:
+def find_steps(points: Points | None = None) -> Found[type[Step]]:
     """Return every kind of step that could be loaded."""
     return _load(STEPS, points, _step)
 
@@ -69,13 +72,11 @@ def kinds() -> Kinds:
     return find_steps().items
 
 
-def _load(
-    group: str, points: Iterable[EntryPoint] | None, check: Callable[[str, Any], T]
-) -> Found[T]:
+def _load(group: str, points: Points | None, check: Callable[[str, Any], T]) -> Found[T]:
     items: dict[str, T] = {}
     failures: list[Failure] = []
-    for point in entry_points(group=group) if points is None else points:
-        distribution = point.dist.name if point.dist is not None else "an unknown distribution"
+    for point in _all_points(group) if points is None else points:
+        distribution = _origin(point)
         try:
             if point.name in items:
                 raise TypeError(f"another plugin already offers the name “{point.name}”")
@@ -85,6 +86,17 @@ def _load(
             reason = f"{type(error).__name__}: {error}"
             failures.append(Failure(group, point.name, distribution, reason))
     return Found(items, tuple(failures))
+
+
+def _all_points(group: str) -> list[EntryPoint | DropInPoint]:
+    tools, steps = dropin_points()
+    return [*entry_points(group=group), *(tools if group == TOOLS else steps)]
+
+
+def _origin(point: EntryPoint | DropInPoint) -> str:
+    if isinstance(point, DropInPoint):
+        return point.origin
+    return point.dist.name if point.dist is not None else "an unknown distribution"
 
 
 def _tool(name: str, offered: Any) -> Tool:

@@ -1,0 +1,79 @@
+"""Single plugin files: off until switched on, off again when changed, named when they fail."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from engine import EngineError
+from plugins.dropin import dropins, switch
+from plugins.registry import find_steps, find_tools
+
+SOURCE = """
+from dataclasses import dataclass, field
+from plugins.api import DataStep, I64, RegionTool
+
+@dataclass(frozen=True, eq=False)
+class LiftStep(DataStep):
+    roi: I64
+    height: float = 1.0
+    kind = "lift"
+
+    def apply(self, mesh, run=None):
+        vertices = mesh.vertices.copy()
+        vertices[self.roi, 2] += self.height
+        return mesh.with_vertices(vertices)
+
+class Lift(RegionTool):
+    id = "lift"
+    title = "Lift"
+
+    def step(self, roi, options, document):
+        return LiftStep(roi)
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("EIGENFORM_PLUGINS", str(tmp_path))
+    (tmp_path / "lift.py").write_text(SOURCE, encoding="utf-8")
+    return tmp_path
+
+
+def test_a_file_is_off_until_it_is_switched_on(folder: Path) -> None:
+    assert "lift" not in find_tools().items
+    assert [one.on for one in dropins()] == [False]
+    switch("lift", True)
+    assert "lift" in find_tools().items
+    assert "lift" in find_steps().items
+    switch("lift", False)
+    assert "lift" not in find_tools().items
+
+
+def test_a_file_that_was_changed_is_off_again(folder: Path) -> None:
+    switch("lift", True)
+    (folder / "lift.py").write_text(SOURCE + "\n# other\n", encoding="utf-8")
+    assert [(one.on, one.changed) for one in dropins()] == [(False, True)]
+    assert "lift" not in find_tools().items
+
+
+def test_a_file_that_raises_is_listed_with_the_reason(folder: Path) -> None:
+    (folder / "broken.py").write_text("1 / 0\n", encoding="utf-8")
+    switch("broken", True)
+    found = find_tools()
+    assert "lasso" in found.items
+    failure = next(f for f in found.failures if f.name == "broken")
+    assert "division by zero" in failure.reason
+    assert failure.distribution == "broken.py"
+
+
+def test_switching_on_what_is_not_there_says_so(folder: Path) -> None:
+    with pytest.raises(EngineError, match="no plugin file"):
+        switch("nothing", True)
+
+
+def test_a_folder_that_does_not_exist_has_no_files(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("EIGENFORM_PLUGINS", "/does/not/exist")
+    assert dropins() == []
+    assert "lasso" in find_tools().items
