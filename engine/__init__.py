@@ -1,6 +1,7 @@
 """Numbers only: no Qt, no VTK. Everything here works headless and from a script."""
 
 from engine.archive import Archive, open_archive, save_archive
+from engine.anchors import AnchorPath, anchor_path, trace_anchors
 from engine.arrays import B1, F64, I64
 from engine.data_step import DataStep, ids_from_text, ids_to_text
 from engine.detail import Decomposition, decompose, decompose_stream, decompose_until
@@ -19,8 +20,10 @@ from engine.errors import (
 from engine.io import Imported, ImportReport, load, open_file, save, start_worker
 from engine.mesh import Mesh, Topology
 from engine.operators import cotangent_stiffness, mean_curvature, vertex_areas
+from engine.prepared import EditResult, PreparedEdit
 from engine.recipe import Kinds, Recipe, Step, UnknownStep, replay
 from engine.region import Region
 from engine.run import Memo, Run
+from engine.sketch import resample_target, source_curve, tidy_stroke
 from engine.solve import Factor, factorise
 from engine.view import View

@@ -1,0 +1,275 @@
+"""The chain of vertices that stands for a source curve (Fig. 9).
+
+A stroke crosses a strip of triangles. Between two neighbouring triangles of the strip lies one edge
+that is crossed; picking one end of every crossed edge gives vertices that are the same or adjacent
+from each edge to the next, because both edges belong to the triangle between them. So every choice
+of sides is a connected chain with a vertex on every triangle of the strip, and the best choice is a
+shortest path through a ladder with two nodes a rung.
+
+Source: Orbay et al. 2012, Section 5.2.1, Fig. 9.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike
+from scipy.sparse.csgraph import dijkstra
+
+from engine.arrays import B1, F64, I64
+from engine.errors import SketchError
+from engine.mesh import Mesh
+from engine.sketch import checked_path, chord_lengths
+from engine.view import View
+
+_BRIDGE_RINGS = 3
+_STAY = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class AnchorPath:
+    """A chain of anchors and how much of the stroke it stands for.
+
+    Parameters
+    ----------
+    anchors : (c,) vertex ids in the order of the stroke; each once, neighbours share an edge.
+    coverage : share of the triangles under the stroke that have a vertex among the anchors.
+    bridged : how many gaps of the stroke (background, hidden or missing triangles) were closed
+        along the surface.
+    """
+
+    anchors: I64
+    coverage: float
+    bridged: int
+
+
+def anchor_path(
+    mesh: Mesh,
+    faces: ArrayLike,
+    path_px: ArrayLike,
+    view: View,
+    roi: ArrayLike | None = None,
+    closed: bool = False,
+) -> I64:
+    """Return the anchors of a source curve, (c,); see `trace_anchors`."""
+    return trace_anchors(mesh, faces, path_px, view, roi, closed).anchors
+
+
+def trace_anchors(
+    mesh: Mesh,
+    faces: ArrayLike,
+    path_px: ArrayLike,
+    view: View,
+    roi: ArrayLike | None = None,
+    closed: bool = False,
+) -> AnchorPath:
+    """Find the shortest chain of edges along a stroke that touches every triangle under it.
+
+    Parameters
+    ----------
+    mesh : the surface as it is shown.
+    faces : (f,) ids of the visible faces under the stroke in its order, repeats allowed.
+    path_px : (p, 2) the stroke, px in `view`.
+    view : the camera.
+    roi : vertex ids that the chain must keep to; faces with another corner are left out.
+    closed : whether the stroke comes back to its start.
+
+    Raises
+    ------
+    SketchError
+        No triangle is under the stroke, or its parts lie on surfaces that do not touch.
+    """
+    path = checked_path(path_px)
+    allowed = _allowed_faces(mesh, roi)
+    given = _checked_faces(mesh, faces)
+    under = _without_returns(given[allowed[given]])
+    if len(under) == 0:
+        raise SketchError("The stroke does not touch the region. Draw it on the coloured surface.")
+    if closed:
+        under = np.append(under, under[0])
+    strip, bridged = _strip(mesh, under, allowed)
+    start, end = path[0], path[0] if closed else path[-1]
+    pixels = view.project(mesh.vertices[np.unique(mesh.faces[strip])])
+    seen = np.full((mesh.n, 2), np.nan)
+    seen[np.unique(mesh.faces[strip])] = pixels
+    first = _nearest_corner(mesh, strip[0], seen, start)
+    last = first if closed else _nearest_corner(mesh, strip[-1], seen, end)
+    chain = _ladder_path(mesh, strip, first, last, seen, path)
+    if closed and len(chain) > 1 and chain[0] == chain[-1]:
+        chain = chain[:-1]
+    chain = _without_loops(chain)
+    on_chain = np.zeros(mesh.n, dtype=bool)
+    on_chain[chain] = True
+    coverage = float(on_chain[mesh.faces[np.unique(under)]].any(axis=1).mean())
+    return AnchorPath(chain, coverage, bridged)
+
+
+def _allowed_faces(mesh: Mesh, roi: ArrayLike | None) -> B1:
+    if roi is None:
+        return np.ones(len(mesh.faces), dtype=bool)
+    inside = np.zeros(mesh.n, dtype=bool)
+    inside[np.asarray(roi)] = True
+    return np.asarray(inside[mesh.faces].all(axis=1))
+
+
+def _checked_faces(mesh: Mesh, faces: ArrayLike) -> I64:
+    ids = np.asarray(faces)
+    if ids.size == 0:
+        return np.zeros(0, dtype=np.int64)
+    if ids.ndim != 1 or ids.dtype.kind not in "iu":
+        raise SketchError("The faces under the stroke must be a list of whole numbers.")
+    if ids.min() < 0 or ids.max() >= len(mesh.faces):
+        raise SketchError("The stroke lies on another mesh. Draw it again on this one.")
+    return np.asarray(ids, dtype=np.int64)
+
+
+def _without_returns(faces: I64) -> I64:
+    """Drop repeats and the flicker A B A that sampling along an edge gives."""
+    while True:
+        keep = np.append(True, faces[1:] != faces[:-1]) if len(faces) else np.zeros(0, dtype=bool)
+        faces = faces[keep]
+        back = np.zeros(len(faces), dtype=bool)
+        if len(faces) > 2:
+            back[1:-1] = faces[2:] == faces[:-2]
+            # Of two returns in a row (A B A B) only the first can be taken out at once.
+            back[1:] &= ~back[:-1]
+        if not back.any():
+            return faces
+        faces = faces[~back]
+
+
+def _strip(mesh: Mesh, under: I64, allowed: B1) -> tuple[I64, int]:
+    """Return faces of which each shares an edge with the next, through all of `under`."""
+    shares = _shared_corners(mesh.faces[under[:-1]], mesh.faces[under[1:]]) >= 2
+    gaps = np.flatnonzero(~shares)
+    if len(gaps) == 0:
+        return under, 0
+    near = _near_faces(mesh, np.unique(under), allowed)
+    bridges = _bridges(mesh, near, under[gaps], under[gaps + 1])
+    if bridges is None:
+        bridges = _bridges(mesh, np.flatnonzero(allowed), under[gaps], under[gaps + 1])
+    if bridges is None:
+        raise SketchError(
+            "The stroke runs over parts that are not connected inside the region. "
+            "Draw it on one connected part."
+        )
+    pieces = np.split(under, gaps + 1)
+    woven = [pieces[0]]
+    for bridge, piece in zip(bridges, pieces[1:], strict=True):
+        woven += [bridge, piece]
+    return _without_returns(np.concatenate(woven)), len(gaps)
+
+
+def _shared_corners(a: I64, b: I64) -> I64:
+    return np.asarray((a[:, :, None] == b[:, None, :]).sum(axis=(1, 2)), dtype=np.int64)
+
+
+def _near_faces(mesh: Mesh, faces: I64, allowed: B1) -> I64:
+    incidence = mesh.topology.incidence
+    mask = np.zeros(len(mesh.faces), dtype=bool)
+    mask[faces] = True
+    for _ in range(_BRIDGE_RINGS):
+        corners = np.unique(mesh.faces[mask])
+        mask[incidence[corners].indices] = True
+    return np.flatnonzero(mask & allowed)
+
+
+def _bridges(mesh: Mesh, pool: I64, starts: I64, ends: I64) -> list[I64] | None:
+    """Return the faces strictly between each start and end on the shortest way inside `pool`."""
+    graph = _dual_graph(mesh, pool)
+    local = np.full(len(mesh.faces), -1, dtype=np.int64)
+    local[pool] = np.arange(len(pool))
+    from_ids, which = np.unique(local[starts], return_inverse=True)
+    distance, before = dijkstra(graph, directed=False, indices=from_ids, return_predecessors=True)
+    bridges = []
+    for source, end in zip(which, local[ends], strict=True):
+        if not np.isfinite(distance[source, end]):
+            return None
+        way = []
+        at = before[source, end]
+        while at >= 0 and at != from_ids[source]:
+            way.append(at)
+            at = before[source, at]
+        bridges.append(pool[np.array(way[::-1], dtype=np.int64)])
+    return bridges
+
+
+def _dual_graph(mesh: Mesh, pool: I64) -> sp.csr_array:
+    """Return the graph of the faces `pool` with the distance of centroids over shared edges."""
+    faces = mesh.faces[pool]
+    corners = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    keys = corners[:, 0] * np.int64(mesh.n) + corners[:, 1]
+    owner = np.repeat(np.arange(len(pool)), 3)
+    order = np.argsort(keys, kind="stable")
+    same = np.flatnonzero(keys[order[1:]] == keys[order[:-1]])
+    a, b = owner[order[same]], owner[order[same + 1]]
+    centre = mesh.vertices[faces].mean(axis=1)
+    length = np.linalg.norm(centre[a] - centre[b], axis=1)
+    length += 1e-9 * (length.max(initial=0.0) + 1e-300)
+    n = len(pool)
+    return sp.csr_array(sp.coo_array((length, (a, b)), shape=(n, n)))
+
+
+def _nearest_corner(mesh: Mesh, face: int, seen: F64, point: F64) -> int:
+    corners = mesh.faces[face]
+    return int(corners[np.argmin(np.linalg.norm(seen[corners] - point, axis=1))])
+
+
+def _ladder_path(mesh: Mesh, strip: I64, first: int, last: int, seen: F64, path: F64) -> I64:
+    """Return the cheapest choice of one end of every crossed edge from `first` to `last`."""
+    rungs = _crossed_edges(mesh.faces[strip])
+    nodes = np.concatenate([[[first, first]], rungs, [[last, last]]]).ravel()
+    layer = np.arange(len(nodes) // 2 - 1)
+    tail = (2 * layer[:, None] + np.array([0, 0, 1, 1])).ravel()
+    head = (2 * layer[:, None] + np.array([2, 3, 2, 3])).ravel()
+    a, b = nodes[tail], nodes[head]
+    length = np.linalg.norm(mesh.vertices[a] - mesh.vertices[b], axis=1)
+    away = _distance_to(path, seen[nodes])
+    edge_px = (
+        np.median(np.linalg.norm(seen[rungs[:, 0]] - seen[rungs[:, 1]], axis=1))
+        if len(rungs)
+        else 1.0
+    )
+    off = (away / max(float(edge_px), 1e-9)) ** 2
+    scale = float(length.max(initial=0.0)) or 1.0
+    cost = length / scale * (1.0 + off[tail] + off[head]) + _STAY
+    graph = sp.csr_array(sp.coo_array((cost, (tail, head)), shape=(len(nodes), len(nodes))))
+    _, before = dijkstra(graph, indices=0, return_predecessors=True)
+    way = [len(nodes) - 2]
+    while way[-1] > 1:
+        way.append(int(before[way[-1]]))
+    chain = nodes[np.array(way[::-1])]
+    return np.asarray(chain[np.append(True, chain[1:] != chain[:-1])], dtype=np.int64)
+
+
+def _crossed_edges(faces: I64) -> I64:
+    """Return the vertices that each face (f, 3) shares with the next, (f - 1, 2)."""
+    a, b = faces[:-1], faces[1:]
+    common = (a[:, :, None] == b[:, None, :]).any(axis=2)
+    # Twin faces share all three corners; any two of them will do.
+    rank = np.cumsum(common, axis=1)
+    common &= rank <= 2
+    return np.asarray(a[common].reshape(-1, 2), dtype=np.int64)
+
+
+def _distance_to(path: F64, points: F64) -> F64:
+    """Return the distance of points (q, 2) to the polyline (p, 2), px."""
+    if chord_lengths(path)[-1] <= 0:
+        return np.linalg.norm(points - path[0], axis=1)
+    a, ab = path[:-1], np.diff(path, axis=0)
+    size = np.maximum(np.einsum("pa,pa->p", ab, ab), 1e-300)
+    t = np.clip(((points[:, None] - a) * ab).sum(axis=2) / size, 0.0, 1.0)
+    nearest = a + t[:, :, None] * ab
+    return np.asarray(np.linalg.norm(points[:, None] - nearest, axis=2).min(axis=1))
+
+
+def _without_loops(chain: I64) -> I64:
+    """Return the chain cut short wherever it comes back to a vertex."""
+    last_at = {int(v): i for i, v in enumerate(chain)}
+    kept, i = [], 0
+    while i < len(chain):
+        kept.append(int(chain[i]))
+        i = last_at[int(chain[i])] + 1
+    return np.array(kept, dtype=np.int64)

@@ -1,0 +1,98 @@
+"""Anchors: what is asked of them, and the displacement of the region that answers (Eq. 17).
+
+The energy d^T N d of `Lse` with the rows C d = r asked of the anchors gives
+
+    d = R C^T lambda,    (C S C^T + slack) lambda = r,    R = N^-1 E,  S = E^T N^-1 E
+
+where E picks the anchors' degrees of freedom. R and S do not depend on the targets: moving a target
+is a small dense solve and one matrix product.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as sla
+
+from engine.arrays import F64, I64
+from engine.errors import SolveError
+from engine.lse import Lse
+
+# Rows are met to this fraction of an anchor's own compliance: far below a pixel, and enough to keep
+# the dense system regular when two strokes share an anchor and disagree.
+_FIRM = 1e-10
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """What is asked of anchors: direction . d = distance, in the region's frame.
+
+    Parameters
+    ----------
+    anchors : (q,) positions in the list of anchors, one a row.
+    directions : (q, 3) unit vectors.
+    distances : (q,) how far the anchor shall go along the direction.
+    softness : (q,) 0 asks for it exactly; 1 gives way as much as the surface does.
+    """
+
+    anchors: I64
+    directions: F64
+    distances: F64
+    softness: F64
+
+    @classmethod
+    def stacked(cls, parts: list[Rows]) -> Rows:
+        """Return the rows of several parts as one."""
+        return cls(
+            np.concatenate([p.anchors for p in parts]),
+            np.concatenate([p.directions for p in parts]),
+            np.concatenate([p.distances for p in parts]),
+            np.concatenate([p.softness for p in parts]),
+        )
+
+
+class Handles:
+    """The responses of a region's surface to its anchors.
+
+    Parameters
+    ----------
+    lse : the region's energy.
+    anchors : (c,) positions of the anchors in the region's `roi`, each once.
+    """
+
+    def __init__(self, lse: Lse, anchors: I64) -> None:
+        self._lse = lse
+        self.anchors = anchors
+        unit = (3 * anchors[:, None] + np.arange(3)).ravel()
+        self._response = lse.respond(unit)
+        compliance = self._response[unit]
+        self.compliance: F64 = (compliance + compliance.T) / 2
+
+    def displacement(self, rows: Rows) -> F64:
+        """Return the displacements (m, 3) that meet `rows` with the least energy.
+
+        Raises
+        ------
+        SolveError
+            The result is not finite.
+        """
+        if not rows.distances.any():
+            return np.zeros((self._lse.m, 3))
+        c = 3 * len(self.anchors)
+        C = np.zeros((len(rows.anchors), c))
+        q = np.arange(len(rows.anchors))
+        C[q[:, None], 3 * rows.anchors[:, None] + np.arange(3)] = rows.directions
+        schur = C @ self.compliance @ C.T
+        own = schur.diagonal().copy()
+        schur[q, q] += (rows.softness + _FIRM) * own
+        try:
+            multipliers = sla.cho_solve(sla.cho_factor(schur, lower=True), rows.distances)
+        except (sla.LinAlgError, ValueError) as error:
+            raise SolveError(
+                "What the strokes and pins ask for cannot be solved. Draw the last one again."
+            ) from error
+        d = self._response @ (C.T @ multipliers)
+        if not np.isfinite(d).all():
+            raise SolveError("The deformed surface is not finite. Draw the last stroke again.")
+        return np.asarray(d).reshape(-1, 3)

@@ -1,0 +1,171 @@
+"""Laplacian surface editing (Eqs. 7, 8): the rows, without anchors.
+
+Every vertex i has a similarity T_i, linear in the unknown positions of its one-ring, that best
+takes the ring at rest to the ring deformed; the energy asks the deformed Laplacian coordinate to
+be the rest one carried by T_i:
+
+    E(x') = sum_i | T_i(x') delta_i - (L x')_i |^2 M_i        (Eq. 7, integrated over the surface)
+
+Written as rows, E = |A x'|^2 (Eq. 8 with L_LSE = A).
+
+Source: Sorkine et al. 2004; Orbay et al. 2012, Eqs. 7, 8.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+
+from engine.arrays import B1, F64, I64
+from engine.operators import laplacian
+from engine.region import Region
+from engine.solve import Factor, factorise
+
+_RING_FLOOR = 1e-9
+
+
+def cross_matrices(v: F64) -> F64:
+    """Return [v]x with [v]x u = v x u, for v (..., 3), as (..., 3, 3)."""
+    m = np.zeros((*v.shape, 3))
+    m[..., 0, 1], m[..., 0, 2] = -v[..., 2], v[..., 1]
+    m[..., 1, 0], m[..., 1, 2] = v[..., 2], -v[..., 0]
+    m[..., 2, 0], m[..., 2, 1] = -v[..., 1], v[..., 0]
+    return m
+
+
+def ring_similarity_blocks(edges: F64, weights: F64, starts: I64, carried: F64) -> F64:
+    """Return the blocks B with T_i carried_i = sum_j B_ij e'_ij.
+
+    T_i = s_i + [h_i]x is the similarity with the rotation linearised that fits
+    e'_ij = x'_j - x'_i best over the ring: with S = sum w |e|^2 and J = sum w (|e|^2 - e e^T),
+
+        s_i = sum_j w_ij e_ij . e'_ij / S,      h_i = J^-1 sum_j w_ij e_ij x e'_ij.
+
+    Parameters
+    ----------
+    edges : (p, 3) rest edges e_ij, those of one vertex i one after the other.
+    weights : (p,) positive fit weights.
+    starts : (r,) where the edges of each vertex start.
+    carried : (r, 3) the vector that T_i is applied to.
+
+    Returns
+    -------
+    (p, 3, 3)
+    """
+    counts = np.diff(np.append(starts, len(edges)))
+    squared = np.einsum("pa,pa->p", edges, edges)
+    size = np.add.reduceat(weights * squared, starts)
+    outer = np.add.reduceat(
+        weights[:, None] * (edges[:, [0, 0, 0, 1, 1, 2]] * edges[:, [0, 1, 2, 1, 2, 2]]), starts
+    )
+    inertia = -outer[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
+    # A ring of collinear edges cannot tell the turn about its own line: it is taken as zero.
+    inertia += (size * (1.0 + _RING_FLOOR))[:, None, None] * np.eye(3)
+    turn = -np.matmul(cross_matrices(carried), np.linalg.inv(inertia))
+    i = np.repeat(np.arange(len(starts)), counts)
+    blocks = np.matmul(turn[i], cross_matrices(edges))
+    blocks += carried[i][:, :, None] * (edges / size[i][:, None])[:, None, :]
+    blocks *= weights[:, None, None]
+    return blocks
+
+
+def lse_rows(
+    positions: F64, stiffness: sp.csr_array, areas: F64, rows: I64, turning: B1
+) -> sp.csr_array:
+    """Return A (3r, 3n): row i is M_i^-1/2 (K x' - M T(x') delta)_i, coordinates interleaved.
+
+    Parameters
+    ----------
+    positions : (n, 3) the rest shape.
+    stiffness : (n, n) K, positive semidefinite (Eq. 2). Its pattern gives the one-rings.
+    areas : (n,) M.
+    rows : (r,) vertices that get a row.
+    turning : (r,) whether the row's delta turns and scales with its ring (T_i as in Eq. 7) or
+        keeps its direction (T_i = 1).
+
+    Notes
+    -----
+    A annihilates the rest shape where T_i turns, and any translation and uniform scale of it;
+    a rotation by a small angle leaves a residual of second order.
+    """
+    K = stiffness[rows]
+    K.sort_indices()
+    i = np.repeat(np.arange(len(rows)), np.diff(K.indptr))
+    j = K.indices
+    blocks = K.data[:, None, None] * np.eye(3)
+    ring = (j != rows[i]) & turning[i]
+    ring_i = i[ring]
+    if len(ring_i):
+        edges = positions[j[ring]] - positions[rows[ring_i]]
+        starts = np.flatnonzero(np.diff(ring_i, prepend=-1))
+        owners = ring_i[starts]
+        carried = (K @ positions)[owners]
+        weights = fit_weights(K.data[ring], starts)
+        B = ring_similarity_blocks(edges, weights, starts, carried)
+        blocks[ring] -= B
+        diagonal = np.flatnonzero(j == rows[i])
+        at = np.zeros(len(rows), dtype=np.int64)
+        at[i[diagonal]] = diagonal
+        blocks[at[owners]] += np.add.reduceat(B, starts)
+    blocks *= (1.0 / np.sqrt(areas[rows]))[i][:, None, None]
+    bsr = sp.bsr_array((blocks, j, K.indptr), shape=(3 * len(rows), 3 * len(positions)))
+    return sp.csr_array(bsr)
+
+
+def fit_weights(off_diagonal: F64, starts: I64) -> F64:
+    """Return positive weights for fits over one-rings from entries K_ij of the stiffness matrix.
+
+    They are the cotangent weights where these are positive. Obtuse and sliver triangles give
+    negative and huge ones, which would turn a fit round: they are held between a tenth and ten
+    times the ring's mean.
+    """
+    w = np.maximum(-off_diagonal, 0.0)
+    counts = np.diff(np.append(starts, len(w)))
+    mean = np.repeat(np.add.reduceat(np.minimum(w, 1e12), starts) / counts, counts)
+    mean = np.where(mean > 0, mean, 1.0)
+    return np.clip(w, 0.1 * mean, 10.0 * mean)
+
+
+class Lse:
+    """The LSE energy of a region's surface at rest, factorised without any anchor.
+
+    Everything outside the region stays by elimination, so it moves exactly 0. The unknowns are
+    the displacements d of the region's vertices; the rest shape has no energy, so with the rows A
+    of the region and its rim, E = |A d|^2 and the matrix is N = A^T A. The rows of the rim
+    (with T_i = 1: what surrounds the region does not turn) ask for its bend to stay as it
+    is, which keeps the surface smooth across it.
+
+    Parameters
+    ----------
+    region : the region; it gives faces, rims and the frame (centred, unit diagonal).
+    surface : (m, 3) rest shape of the region's vertices in that frame.
+
+    Notes
+    -----
+    K and M are those of the rest shape itself, not of the featured original: stiffness then
+    spreads along the surface that is shaped, and no trace of the features shows in the change.
+    """
+
+    def __init__(self, region: Region, surface: F64) -> None:
+        m = region.m
+        self.m = m
+        self.positions: F64 = region.x.copy()
+        self.positions[:m] = surface
+        found = laplacian(self.positions, region.faces)
+        self.stiffness = found.stiffness
+        self.areas = found.areas
+        near = np.arange(m + len(region.rim))
+        closed = ~region.rim_open | (near < m)
+        self.rows: I64 = near[closed]
+        self._rows = lse_rows(
+            self.positions, found.stiffness, found.areas, self.rows, self.rows < m
+        )
+        inner = sp.csr_array(self._rows[:, : 3 * m])
+        self.matrix = sp.csr_array(inner.T @ inner)
+        self.factor: Factor = factorise(self.matrix)
+
+    def respond(self, unit: I64) -> F64:
+        """Return N^-1 e for unit forces at the degrees of freedom `unit` (u,), as (3m, u)."""
+        force = np.zeros((3 * self.m, len(unit)), order="F")
+        force[unit, np.arange(len(unit))] = 1.0
+        return self.factor.solve(force)
