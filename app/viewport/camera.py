@@ -63,6 +63,26 @@ class Eye:
         """Half the height of what is seen at `centre`, in scene units."""
         return self.distance * _HALF
 
+    def unit_per_pixel(self, points: F64, height: float) -> F64:
+        """Return the scene units in one pixel at each of `points` (p, 3), as (p,).
+
+        Parameters
+        ----------
+        height : of the viewport in pixels.
+        """
+        unit = 2 * self.half_height / height
+        if not self.perspective:
+            return np.full(len(points), unit)
+        depth = (self.position - points) @ self.axes[2]
+        return np.asarray(unit * np.maximum(depth, 1e-6) / self.distance)
+
+    def toward(self, points: F64) -> F64:
+        """Return the unit vectors from `points` (p, 3) to the eye."""
+        if not self.perspective:
+            return np.broadcast_to(self.axes[2], points.shape)
+        there = self.position - points
+        return np.asarray(there / np.maximum(np.linalg.norm(there, axis=1, keepdims=True), 1e-12))
+
     def orbited(self, pivot: ArrayLike, azimuth: float, elevation: float) -> Eye:
         """Return the eye turned by two angles (radians), `pivot` keeping its place on screen."""
         p = np.asarray(pivot, dtype=np.float64)

@@ -14,11 +14,9 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 from app.look import rgb
 from engine.arrays import F64, I64
 
-_LIFT = -60.0  # steps of depth by which a line wins over the surface that it lies on
-
 
 def smooth_curve(points: ArrayLike, closed: bool = False, samples: int = 8) -> F64:
-    """Return a centripetal-free Catmull-Rom curve through `points` (p, 3), `samples` per span."""
+    """Return a Catmull-Rom curve through `points` (p, 3), `samples` per span."""
     p = np.asarray(points, dtype=np.float64)
     if len(p) < 3:
         return p
@@ -42,83 +40,158 @@ def _cells(connectivity: NDArray[Any], offsets: NDArray[Any]) -> vtkCellArray:
     return cells
 
 
-class Marks:
-    """One actor of lines, or of dots, in one colour, of a width in pixels, on the form.
+def _points(points: NDArray[Any]) -> vtkPoints:
+    places = vtkPoints()
+    places.SetData(numpy_to_vtk(np.ascontiguousarray(points, dtype=np.float32), deep=1))
+    return places
 
-    Parameters
-    ----------
-    colour : "#rrggbb".
-    width : of the line or the dot in device pixels.
-    """
 
-    def __init__(self, colour: str, width: float) -> None:
-        self.data = vtkPolyData()
-        self.mapper = vtkPolyDataMapper()
-        self.mapper.SetInputData(self.data)
-        self.mapper.ScalarVisibilityOff()
-        self.mapper.SetResolveCoincidentTopologyToPolygonOffset()
-        self.mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, _LIFT)
-        self.mapper.SetRelativeCoincidentTopologyPointOffsetParameter(_LIFT)
+def _on_top(mapper: vtkPolyDataMapper, steps: float) -> None:
+    """Let what `mapper` draws win over a surface that it lies on, by some steps of depth."""
+    mapper.SetResolveCoincidentTopologyToPolygonOffset()
+    mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, -steps)
+    mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0.0, -steps)
+
+
+class Segments:
+    """Flat line segments of a width in device pixels, on the form."""
+
+    def __init__(self, colour: str, width: float, points: NDArray[Any]) -> None:
+        count = len(points)
+        self._data = vtkPolyData()
+        self._data.SetLines(_cells(np.arange(count), np.arange(0, count + 1, 2)))
+        self.move(points)
+        mapper = vtkPolyDataMapper()
+        mapper.SetInputData(self._data)
+        _on_top(mapper, 60.0)
         self.actor = vtkActor()
-        self.actor.SetMapper(self.mapper)
+        self.actor.SetMapper(mapper)
         self.actor.PickableOff()
         look = self.actor.GetProperty()
         look.SetColor(*rgb(colour))
         look.SetLineWidth(width)
-        look.SetPointSize(width)
         look.LightingOff()
 
-    def tube(self) -> Marks:
-        """Shade the line as a round tube and the dots as small balls; return the marks."""
-        look = self.actor.GetProperty()
-        look.LightingOn()
-        look.SetAmbient(0.45)
-        look.SetDiffuse(0.65)
-        look.SetSpecular(0.2)
-        look.SetRenderLinesAsTubes(True)
-        look.SetRenderPointsAsSpheres(True)
-        return self
-
-    def line(self, points: NDArray[Any]) -> Marks:
-        """Draw one line through `points` (p, 3), scene units; return the marks."""
-        count = np.int64(len(points))
-        return self._drawn(points, lines=_cells(np.arange(count), np.array([0, count])))
-
-    def segments(self, points: NDArray[Any]) -> Marks:
-        """Draw separate segments between `points` (2 s, 3); return the marks."""
-        count = len(points)
-        return self._drawn(
-            points, lines=_cells(np.arange(count), np.arange(0, count + 1, 2, dtype=np.int64))
-        )
-
-    def dots(self, points: NDArray[Any]) -> Marks:
-        """Draw a dot at each of `points` (p, 3); return the marks."""
-        count = len(points)
-        return self._drawn(
-            points, dots=_cells(np.arange(count), np.arange(count + 1, dtype=np.int64))
-        )
-
     def move(self, points: NDArray[Any]) -> None:
-        """Give the same lines or dots other places."""
-        self._place(points)
+        """Put the ends of the segments at `points` (2 s, 3), scene units."""
+        self._data.SetPoints(_points(points))
 
-    def _drawn(
-        self,
-        points: NDArray[Any],
-        lines: vtkCellArray | None = None,
-        dots: vtkCellArray | None = None,
-    ) -> Marks:
-        self._place(points)
-        if lines is not None:
-            self.data.SetLines(lines)
-        if dots is not None:
-            self.data.SetVerts(dots)
-        return self
 
-    def _place(self, points: NDArray[Any]) -> None:
-        places = vtkPoints()
-        places.SetData(numpy_to_vtk(np.ascontiguousarray(points, dtype=np.float32), deep=1))
-        self.data.SetPoints(places)
+class Solid:
+    """A tube along a line, or a ball at each point: its thickness stays the same on screen.
+
+    Real triangles, rebuilt whenever the camera moves: they are few, they are lit like the form, and
+    they do not depend on what a driver makes of wide lines and large points.
+
+    Parameters
+    ----------
+    colour : "#rrggbb".
+    width : diameter in logical pixels.
+    points : (p, 3) scene units.
+    tube : a tube through the points, else a ball at each.
+    lift : towards the eye, in pixels, so that one mark shows above another.
+    """
+
+    def __init__(
+        self, colour: str, width: float, points: NDArray[Any], tube: bool, lift: float = 0.0
+    ) -> None:
+        self._points = np.asarray(points, dtype=np.float64)
+        self._radius = width / 2
+        self._lift = lift
+        self._around, faces = _tube(self._points) if tube else _balls(self._points)
+        self._data = vtkPolyData()
+        self._data.SetPolys(_cells(faces.ravel(), np.arange(0, faces.size + 1, 3)))
+        mapper = vtkPolyDataMapper()
+        mapper.SetInputData(self._data)
+        _on_top(mapper, 40.0)
+        self.actor = vtkActor()
+        self.actor.SetMapper(mapper)
+        self.actor.PickableOff()
+        look = self.actor.GetProperty()
+        look.SetColor(*rgb(colour))
+        look.SetInterpolationToPhong()
+        look.SetAmbient(0.5)
+        look.SetDiffuse(0.6)
+        look.SetSpecular(0.15)
+        look.SetSpecularPower(20)
+
+    def resize(self, toward_eye: F64, unit: F64) -> None:
+        """Give it its thickness on screen.
+
+        Parameters
+        ----------
+        toward_eye : (p, 3) unit vectors from the points to the eye.
+        unit : (p,) scene units in one logical pixel at the points.
+        """
+        centre = self._points + self._lift * unit[:, None] * toward_eye
+        ring = self._around * (self._radius * unit)[:, None, None]
+        self._data.SetPoints(_points((centre[:, None, :] + ring).reshape(-1, 3)))
+        normals = numpy_to_vtk(self._around.reshape(-1, 3).astype(np.float32), deep=1)
+        self._data.GetPointData().SetNormals(normals)
+
+    @property
+    def points(self) -> F64:
+        """Where it is, (p, 3), scene units."""
+        return self._points
+
+
+_SIDES = 12
+
+
+def _tube(points: F64) -> tuple[F64, I64]:
+    """Return unit offsets (p, s, 3) of rings about a line, and the triangles between them."""
+    along = np.gradient(points, axis=0) if len(points) > 1 else np.array([[0.0, 0.0, 1.0]])
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    along = np.divide(along, length, out=np.tile([0.0, 0.0, 1.0], (len(points), 1)), where=length > 0)
+    side = _transported(along)
+    up = np.cross(along, side)
+    angle = 2 * np.pi * np.arange(_SIDES) / _SIDES
+    around = (
+        np.cos(angle)[None, :, None] * side[:, None, :] + np.sin(angle)[None, :, None] * up[:, None, :]
+    )
+    k = np.arange(len(points) - 1)[:, None] * _SIDES
+    a, b = np.arange(_SIDES)[None, :], (np.arange(_SIDES)[None, :] + 1) % _SIDES
+    quads = np.stack([k + a, k + _SIDES + a, k + _SIDES + b, k + b], axis=-1).reshape(-1, 4)
+    return around, np.concatenate([quads[:, [0, 2, 1]], quads[:, [0, 3, 2]]])
+
+
+def _transported(along: F64) -> F64:
+    """Return a unit vector across each tangent that does not twist along the line."""
+    first = np.eye(3)[np.argmin(np.abs(along[0]))]
+    across = np.empty_like(along)
+    for k, tangent in enumerate(along):
+        first = first - (first @ tangent) * tangent
+        first = first / (np.linalg.norm(first) or 1.0)
+        across[k] = first
+    return across
+
+
+def _balls(points: F64) -> tuple[F64, I64]:
+    """Return unit offsets (p, s, 3) of a ball at each point, and its triangles."""
+    rings, sides = 7, 12
+    polar = np.pi * (np.arange(rings) + 0.5) / rings
+    angle = 2 * np.pi * np.arange(sides) / sides
+    ball = np.stack(
+        [
+            np.outer(np.sin(polar), np.cos(angle)).ravel(),
+            np.outer(np.sin(polar), np.sin(angle)).ravel(),
+            np.repeat(np.cos(polar), sides),
+        ],
+        axis=1,
+    )
+    ball = np.concatenate([ball, [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]])
+    k, a = np.meshgrid(np.arange(rings - 1) * sides, np.arange(sides), indexing="ij")
+    b = (a + 1) % sides
+    quads = np.stack([k + a, k + sides + a, k + sides + b, k + b], axis=-1).reshape(-1, 4)
+    turn = (np.arange(sides) + 1) % sides
+    last = (rings - 1) * sides
+    top = np.stack([np.full(sides, rings * sides), np.arange(sides), turn], axis=1)
+    bottom = np.stack(
+        [np.full(sides, rings * sides + 1), last + turn, last + np.arange(sides)], axis=1
+    )
+    faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]], top, bottom])
+    all_faces = faces[None] + (np.arange(len(points)) * len(ball))[:, None, None]
+    return np.broadcast_to(ball, (len(points), *ball.shape)), all_faces.reshape(-1, 3)
 
 
 class Isoline:

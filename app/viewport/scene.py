@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from app.look import DARK, PIN, REGION, RIM, ROLE_COLOURS, Theme, rgb, rgb8
-from app.viewport.curves import Isoline, Marks, smooth_curve
+from app.viewport.camera import Eye
+from app.viewport.curves import Isoline, Segments, Solid, smooth_curve
 from app.viewport.lights import background, clay, light_up
 from app.viewport.standin import StandIn
 from app.viewport.surface import Placement, Surface, summed_at_corners
@@ -19,7 +20,8 @@ from engine.mesh import Mesh
 
 TINT = 0.46  # how much of the region's violet lies over the clay
 FEATHER = 5  # rings of vertices over which the tint fades out
-_LINE = {"rim": 2.5, "source": 6.0, "guide": 2.0, "region": 2.5, "target": 4.0, "pin": 5.0}
+#: Thickness in logical pixels by role.
+_LINE = {"rim": 2.5, "source": 5.0, "guide": 2.0, "region": 2.5, "target": 4.0, "pin": 12.0}
 
 
 def feathered(inside: NDArray[np.bool_], faces: I64, rounds: int = FEATHER) -> NDArray[np.float32]:
@@ -51,10 +53,8 @@ def feathered(inside: NDArray[np.bool_], faces: I64, rounds: int = FEATHER) -> N
 
 @dataclass
 class _Curve:
-    marks: list[Marks]
+    solids: list[Solid]
     points: F64
-    role: str
-    closed: bool
 
 
 class Scene:
@@ -75,13 +75,15 @@ class Scene:
         self._faces: I64 = np.zeros((0, 3), dtype=np.int64)
         self._region: I64 | None = None
         self._weight: NDArray[np.float32] | None = None
-        self._rim: tuple[Isoline, Marks] | None = None
+        self._rim: tuple[Isoline, Segments] | None = None
         self._map: NDArray[np.uint8] | None = None
         self._ghost: Surface | None = None
         self._ghost_positions: F64 | None = None
         self._ghost_key: bytes = b""
         self._curves: dict[str, _Curve] = {}
-        self._pins: Marks | None = None
+        self._pins: Solid | None = None
+        self._eye = Eye(np.zeros(3), 200.0)
+        self._height = 600.0
         light_up(renderer)
         background(renderer, theme)
 
@@ -153,8 +155,7 @@ class Scene:
         if len(near) == 0:
             return
         line = Isoline(value, near)
-        marks = Marks(RIM, _LINE["rim"] * self.scale)
-        marks.segments(line.points(self.surface.positions))
+        marks = Segments(RIM, _LINE["rim"] * self.scale, line.points(self.surface.positions))
         self.renderer.AddActor(marks.actor)
         self._rim = (line, marks)
 
@@ -237,25 +238,24 @@ class Scene:
         self.hide_curve(name)
         given = self.placement.to_scene(np.atleast_2d(np.asarray(points, dtype=np.float64)))
         dots = given if anchors is None else self.placement.to_scene(np.atleast_2d(anchors))
-        colour = ROLE_COLOURS[role]
-        width = _LINE[role] * self.scale
-        marks = [Marks(colour, width).tube().line(smooth_curve(given, closed))]
+        colour, width = ROLE_COLOURS[role], _LINE[role]
+        solids = [Solid(colour, width, smooth_curve(given, closed), tube=True)]
         if role == "source":
-            marks.append(Marks(_lighter(colour), 1.15 * width).tube().dots(dots))
+            solids.append(Solid(_lighter(colour), 1.35 * width, dots, tube=False, lift=1.0))
             if not closed:
                 ends = np.stack([given[0], given[-1]])
-                marks.append(Marks("#ffffff", 2.6 * width).tube().dots(ends))
-                marks.append(Marks(colour, 1.8 * width).tube().dots(ends))
-                marks[-1].mapper.SetRelativeCoincidentTopologyPointOffsetParameter(-400.0)
-        for each in marks:
-            self.renderer.AddActor(each.actor)
-        self._curves[name] = _Curve(marks, given, role, closed)
+                solids.append(Solid("#ffffff", 2.6 * width, ends, tube=False))
+                solids.append(Solid(colour, 2.0 * width, ends, tube=False, lift=0.6 * width))
+        self._curves[name] = _Curve(solids, given)
+        for solid in solids:
+            self._resize(solid)
+            self.renderer.AddActor(solid.actor)
 
     def hide_curve(self, name: str) -> None:
         """Take the curve of that name away, if there is one."""
         curve = self._curves.pop(name, None)
-        for marks in curve.marks if curve is not None else ():
-            self.renderer.RemoveActor(marks.actor)
+        for solid in curve.solids if curve is not None else ():
+            self.renderer.RemoveActor(solid.actor)
 
     def set_pins(self, points: ArrayLike | None) -> None:
         """Show pins at `points` (p, 3), mesh units; None or nothing for no pins."""
@@ -264,8 +264,21 @@ class Scene:
             self._pins = None
         if points is not None and len(np.asarray(points)):
             places = self.placement.to_scene(np.atleast_2d(np.asarray(points, dtype=np.float64)))
-            self._pins = Marks(PIN, 11.0 * self.scale).tube().dots(places)
+            self._pins = Solid(PIN, _LINE["pin"], places, tube=False, lift=1.0)
+            self._resize(self._pins)
             self.renderer.AddActor(self._pins.actor)
+
+    def seen_from(self, eye: Eye, height: float) -> None:
+        """Give curves and pins their thickness as seen from `eye`, `height` logical pixels high."""
+        self._eye, self._height = eye, height
+        for solid in (*(s for c in self._curves.values() for s in c.solids), self._pins):
+            if solid is not None:
+                self._resize(solid)
+
+    def _resize(self, solid: Solid) -> None:
+        solid.resize(
+            self._eye.toward(solid.points), self._eye.unit_per_pixel(solid.points, self._height)
+        )
 
     # A lighter picture while it moves
 

@@ -33,6 +33,7 @@ from plugins.api import Hit, Pointer
 FLIGHT_MS = 220
 REST_MS = 160
 SLOW_FRAME_MS = 80.0
+HEAVY_FACES = 150_000
 _TYPED_INTO = (QLineEdit, QAbstractSpinBox, QComboBox)
 
 
@@ -268,6 +269,9 @@ class Viewport(QtInteractor):
         ratio = self.devicePixelRatioF()
         return max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio))
 
+    def _height(self) -> float:
+        return self._device_size()[1] / self.devicePixelRatioF()
+
     def sight(self) -> Sight | None:
         """Return what the camera sees of the form now; worked out once for each view."""
         surface = self.scene.surface
@@ -369,6 +373,7 @@ class Viewport(QtInteractor):
 
     def _apply_eye(self) -> None:
         self._eye.apply(self.renderer.GetActiveCamera(), self.scene.radius)
+        self.scene.seen_from(self._eye, self._height())
         self.overlay.follow(self.view())
 
     def _fly(self) -> None:
@@ -402,7 +407,7 @@ class Viewport(QtInteractor):
                 self._eye.orbited(self._pivot, -ORBIT_PER_PIXEL * dx, ORBIT_PER_PIXEL * dy)
             )
         elif motion is Motion.PAN:
-            unit = self._unit_per_pixel(self._pivot)
+            unit = float(self._eye.unit_per_pixel(self._pivot[None], self._height())[0])
             self._set_eye(self._eye.panned(unit * dx, -unit * dy))
         else:
             self._set_eye(self._eye.zoomed(self._pivot, math.exp(-ZOOM_PER_PIXEL * dy)))
@@ -489,30 +494,29 @@ class Viewport(QtInteractor):
         h = np.array(m.MultiplyPoint(clip))
         return np.asarray(h[:3] / h[3])
 
-    def _unit_per_pixel(self, point: F64) -> float:
-        """Return the scene units in one logical pixel at the depth of `point`."""
-        height = self._device_size()[1] / self.devicePixelRatioF()
-        unit = 2 * self._eye.half_height / height
-        if not self._eye.perspective:
-            return unit
-        depth = float((self._eye.position - point) @ self._eye.axes[2])
-        return unit * max(depth, 1e-6) / self._eye.distance
-
     # Rest and motion
 
     def _changed(self) -> None:
+        """Draw soon, plainly while things move; at rest once more, at its best."""
+        if self._software and self.renderer.GetUseFXAA():
+            self.renderer.SetUseFXAA(False)
         self._rest_timer.start()
         self.update()
 
     def _lighten(self) -> None:
-        if self._full_frame_ms > SLOW_FRAME_MS:
+        if self._heavy and self._full_frame_ms > SLOW_FRAME_MS:
             self.scene.use_stand_in(True)
+
+    @property
+    def _heavy(self) -> bool:
+        return self._form is not None and len(self._form.faces) > HEAVY_FACES
 
     def _rest(self) -> None:
         if self.hands.busy or self._flight is not None:
             self._rest_timer.start()
             return
         self.scene.use_stand_in(False)
+        self.renderer.SetUseFXAA(bool(self._software))
         self._apply_eye()
         self.update()
         self.rested.emit()
