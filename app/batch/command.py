@@ -6,14 +6,13 @@ import argparse
 import json
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from app.batch.contact_sheet import contact_sheet
-from app.batch.folder import Row, process
-from app.batch.item import Item, variant_items
-from app.batch.vary import Variation, combinations
-from engine import EngineError, FileError, Recipe, RecipeError, load
-from plugins.registry import kinds
+# The engine is imported when a command runs, so that --help answers at once.
+if TYPE_CHECKING:
+    from app.batch.folder import Row
+    from app.batch.item import Item
+    from engine import Recipe
 
 
 def add_commands(commands: Any) -> None:
@@ -58,56 +57,60 @@ def add_commands(commands: Any) -> None:
 
 def run_sweep(given: argparse.Namespace) -> int:
     """Carry out `eigenform sweep`; return the exit code."""
-    recipe = read_recipe(given.recipe)
+    from app.batch.item import variant_items
+    from app.batch.vary import Variation, combinations
+    from app.headless import open_for, read_recipe
+
+    recipe = with_steps(read_recipe(given.recipe))
     values = list(combinations([Variation.parse(text) for text in given.vary]))
-    items = variant_items(recipe, load(given.mesh), values, given.force)
-    return _finish(items, given)
+    mesh = open_for(recipe, given.mesh, given.force)
+    return _finish(variant_items(json.loads(recipe.to_json()), mesh, values, given.force), given)
 
 
 def run_batch(given: argparse.Namespace) -> int:
     """Carry out `eigenform batch`; return the exit code."""
-    recipe = read_recipe(given.recipe)
-    text = json.dumps(recipe)
+    from app.batch.folder import Row
+    from app.batch.item import Item
+    from app.headless import open_for, read_recipe
+    from engine import EngineError, load, transfer
+
+    recipe = with_steps(read_recipe(given.recipe))
+    if given.transfer and given.from_mesh is None:
+        raise EngineError(
+            "To carry a recipe over, the mesh it was made on is needed. Add --from-mesh MESH."
+        )
+    made_on = open_for(recipe, given.from_mesh, given.force) if given.transfer else None
     items: list[Item] = []
     failed: list[Row] = []
-    made_on = None
-    if given.transfer:
-        if given.from_mesh is None:
-            raise EngineError(
-                "To carry a recipe over, the mesh it was made on is needed. Add --from-mesh MESH."
-            )
-        made_on = load(given.from_mesh)
     for path in given.meshes:
         try:
-            mesh = load(path)
-            own = text
-            if made_on is not None:
-                from engine import transfer
-
-                moved = transfer(Recipe.from_json(text, kinds()), made_on, mesh)
-                own = moved.recipe.to_json()
-                print(f"{path.name}: {moved.report}", file=sys.stderr)
-            items.append(Item(path.stem, own, mesh.vertices, mesh.faces, force=given.force))
+            own = recipe
+            if made_on is None:
+                mesh = open_for(recipe, path, given.force)
+            else:
+                mesh = load(path)
+                carried = transfer(recipe, made_on, mesh)
+                own = carried.recipe
+                print(f"{path.name}: {carried.report}", file=sys.stderr)
+            text = own.to_json()
+            items.append(Item(path.stem, text, mesh.vertices, mesh.faces, force=given.force))
         except EngineError as error:
             failed.append(Row(path.stem, False, "", str(error), 0.0, 0.0, ""))
     return _finish(items, given, failed)
 
 
-def read_recipe(path: Path) -> dict[str, Any]:
-    """Return a recipe's JSON data after checking that it is one."""
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise FileError(f"The recipe {path} cannot be read ({error}). Check its name.") from error
-    Recipe.from_json(text, kinds())
-    data = json.loads(text)
-    if not data["steps"]:
+def with_steps(recipe: Recipe) -> Recipe:
+    """Return a recipe after checking that it has a step."""
+    from engine import RecipeError
+
+    if not recipe.steps:
         raise RecipeError("The recipe has no steps. Apply an edit before exporting the recipe.")
-    return dict(data)
+    return recipe
 
 
 def _finish(items: list[Item], given: argparse.Namespace, failed: list[Row] | None = None) -> int:
-    from app.batch.folder import write_table
+    from app.batch.contact_sheet import contact_sheet
+    from app.batch.folder import process, write_table
 
     rows = process(
         items, given.out, given.scheduler, given.workers, given.format, progress=_show_progress

@@ -1,18 +1,19 @@
-"""Folder: what a sweep or batch leaves: meshes, a table, a contact sheet; and what is done already."""
+"""Folder: what a sweep or batch leaves, meshes and a table, and what of it is done already."""
 
 from __future__ import annotations
 
 import csv
+import io
 import json
-import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from app.batch.cluster import client, outcomes
 from app.batch.item import Item, Outcome
 from engine import EngineError, Mesh, save
+from engine.whole import write_whole
 
 Progress = Callable[[int, int, str], None]
 
@@ -61,7 +62,7 @@ def process(
         ) from error
     rows = {item.name: row for item in items if (row := _finished(item, out)) is not None}
     todo = [item for item in items if item.name not in rows]
-    say = progress or (lambda done, total, name: None)
+    say = progress or _silent
     say(len(rows), len(items), "")
     if todo:
         with client(scheduler, workers) as dask_client:
@@ -71,6 +72,10 @@ def process(
     ordered = [rows[n] for n in names]
     write_table(ordered, out)
     return ordered
+
+
+def _silent(done: int, total: int, name: str) -> None:
+    """Show no progress."""
 
 
 def _note(item_name: str, out: Path) -> Path:
@@ -109,27 +114,27 @@ def _keep(item: Item, outcome: Outcome, out: Path, extension: str) -> Row:
         item.key,
         item.values,
     )
-    _write_whole(_note(item.name, out), json.dumps(asdict(row), indent=1))
+    _write_text(_note(item.name, out), json.dumps(asdict(row), indent=1))
     return row
 
 
 def write_table(rows: Iterable[Row], out: Path) -> None:
     """Write `table.csv` for people and `table.json` for programs."""
     rows = list(rows)
-    _write_whole(out / "table.json", json.dumps([asdict(r) for r in rows], indent=1))
+    _write_text(out / "table.json", json.dumps([asdict(r) for r in rows], indent=1))
     varied = [n for n, _ in rows[0].values] if rows else []
-    part = out / "table.csv.part"
-    with part.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["name", *varied, "ok", "file", "largest move", "seconds", "reason"])
-        for r in rows:
-            numbers: list[Any] = [v for _, v in r.values]
-            writer.writerow([r.name, *numbers, r.ok, r.file, r.moved, r.seconds, r.reason])
-    os.replace(part, out / "table.csv")
+    text = io.StringIO(newline="")
+    writer = csv.writer(text)
+    writer.writerow(["name", *varied, "ok", "file", "largest move", "seconds", "reason"])
+    for r in rows:
+        numbers: list[Any] = [v for _, v in r.values]
+        writer.writerow([r.name, *numbers, r.ok, r.file, r.moved, r.seconds, r.reason])
+    _write_text(out / "table.csv", text.getvalue())
 
 
-def _write_whole(path: Path, text: str) -> None:
-    """Write beside and rename, so that a kill leaves the old file or the new one."""
-    part = path.with_name(path.name + ".part")
-    part.write_text(text, encoding="utf-8")
-    os.replace(part, path)
+def _write_text(path: Path, text: str) -> None:
+    write_whole(path, lambda file: _put(file, text))
+
+
+def _put(file: BinaryIO, text: str) -> None:
+    file.write(text.encode("utf-8"))

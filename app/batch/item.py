@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from app.batch.vary import BLEND, file_stem, varied
 from engine import F64, I64, EngineError, Mesh, Recipe, replay
 from plugins.registry import kinds
 
@@ -100,8 +101,6 @@ def variant_items(
     recipe: dict[str, Any], mesh: Mesh, values: list[dict[str, float]], force: bool
 ) -> list[Item]:
     """Return one item for each set of values of a sweep."""
-    from app.batch.vary import BLEND, file_stem, varied
-
     return [
         Item(
             name=file_stem(v),

@@ -1,0 +1,47 @@
+"""Contact sheet: one picture with every variant, seen from the same place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from PIL import Image
+
+from app.batch.folder import Row
+from app.pictures import Studio, sheet
+from engine import Mesh, load
+from engine.view import look_at
+from engine.whole import write_whole
+
+CELL = (360, 360)
+MOST_PICTURES = 100
+
+
+def contact_sheet(rows: Sequence[Row], out: Path) -> Path:
+    """Write `contact-sheet.png` with a picture of each row's mesh and return its path.
+
+    Beyond `MOST_PICTURES` rows an even choice of them is drawn.
+    """
+    stride = -(-len(rows) // MOST_PICTURES)
+    chosen = rows[::stride]
+    pictures: list[tuple[str, Image.Image]] = []
+    for row in chosen:
+        pictures.append((caption(row), picture(load(out / row.file))))
+    columns = min(5, max(1, round(len(pictures) ** 0.5 + 0.4)))
+    whole = sheet(pictures, columns, CELL, f"{len(rows)} variants" if len(rows) > 1 else "")
+    path = out / "contact-sheet.png"
+    write_whole(path, lambda file: whole.save(file, "PNG"))
+    return path
+
+
+def caption(row: Row) -> str:
+    """Return the words below a picture: the values, or the name where nothing was varied."""
+    return ", ".join(f"{name} {value:.4g}" for name, value in row.values) or row.name
+
+
+def picture(mesh: Mesh) -> Image.Image:
+    """Return a three-quarter picture of a mesh that fills its cell."""
+    low, high = mesh.bounds
+    view = look_at((low + high) / 2, 2.2 * mesh.diagonal, 30.0, 18.0, CELL)
+    with Studio(mesh) as studio:
+        return studio.picture(view)
