@@ -24,10 +24,13 @@ from engine import (
     Step,
     Stroke,
     View,
+    anchor_path,
     cotangent_stiffness,
     decompose,
     decompose_until,
     factorise,
+    resample_target,
+    tidy_stroke,
     vertex_areas,
 )
 from engine.arrays import F64, I64
@@ -245,9 +248,12 @@ __all__ = [
     "Stroke",
     "Tool",
     "View",
+    "anchor_path",
     "cotangent_stiffness",
     "decompose",
     "decompose_until",
     "factorise",
+    "resample_target",
+    "tidy_stroke",
     "vertex_areas",
 ]

@@ -1,0 +1,128 @@
+"""Level panel: how much detail of the region is shown and edited."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtWidgets import QDoubleSpinBox, QGridLayout, QHBoxLayout, QLabel, QSlider, QWidget
+
+from app.panels.panel import GRID, Panel
+from app.session import Session
+from engine import Decomposition
+
+TICKS = 1000
+
+
+class LevelPanel(Panel):
+    """Slider from the base shape to the full detail, and what it means in modes and millimetres."""
+
+    def __init__(self, session: Session, parent: QWidget | None = None) -> None:
+        super().__init__("Level", parent)
+        self._session = session
+        self.slider = QSlider(Qt.Orientation.Horizontal, self)
+        self.slider.setRange(0, TICKS)
+        self.slider.setPageStep(TICKS // 10)
+        self.slider.setSingleStep(TICKS // 100)
+        self.slider.setAccessibleName("Level of detail")
+        self.slider.setToolTip("Level of detail: [ and ], or Alt+wheel in the viewport")
+        self.slider.valueChanged.connect(lambda tick: session.slide_level(tick / TICKS))
+        ends = QHBoxLayout()
+        self._base, self._full = QLabel("Base", self), QLabel("Full", self)
+        ends.addWidget(self._base)
+        ends.addStretch(1)
+        ends.addWidget(self._full)
+        self.percent = _number(" %", 0.0, 100.0, 1, "Level of detail")
+        self.percent.setSingleStep(1.0)
+        self.percent.valueChanged.connect(lambda value: session.slide_level(value / 100))
+        self.feature = _number("", 0.0, 1e9, 2, "Smallest feature that is kept")
+        self.feature.setSpecialValueText("none")
+        self.feature.editingFinished.connect(self._feature_typed)
+        self.modes = QLabel(self)
+        self.modes.setAccessibleName("Modes")
+        figures = QGridLayout()
+        figures.setHorizontalSpacing(GRID)
+        figures.setVerticalSpacing(GRID)
+        for row, (label, widget) in enumerate(
+            (
+                ("Level", self.percent),
+                ("Smallest feature", self.feature),
+                ("Modes", self.modes),
+            )
+        ):
+            figures.addWidget(QLabel(label, self), row, 0)
+            figures.addWidget(widget, row, 1)
+        figures.setColumnStretch(1, 1)
+        self.body.addWidget(self.slider)
+        self.body.addLayout(ends)
+        self.body.addLayout(figures)
+        session.document_changed.connect(self.refresh)
+        session.decomposition_changed.connect(self.refresh)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show the level of the current document."""
+        document, known = self._session.document, self._session.decomposition
+        on = document is not None and document.draft.roi is not None
+        for widget in (self.slider, self.percent, self.feature, self.modes):
+            widget.setEnabled(on)
+        if document is None:
+            return
+        level = document.draft.level
+        with QSignalBlocker(self.slider), QSignalBlocker(self.percent):
+            self.slider.setValue(round(level * TICKS))
+            if round(self.percent.value(), 1) != round(level * 100, 1):
+                self.percent.setValue(level * 100)
+        if known is None:
+            self.modes.setText("–")
+            return
+        k = known.mode_count(level)
+        self.modes.setText(mode_words(known, k))
+        unit = document.unit
+        with QSignalBlocker(self.feature):
+            self.feature.setSuffix(f" {unit}")
+            size = smallest_feature(known, k)
+            self.feature.setValue(0.0 if size is None else size)
+
+    def _feature_typed(self) -> None:
+        known = self._session.decomposition
+        size = self.feature.value()
+        if known is None or size <= 0 or not self.feature.hasFocus():
+            return
+        self._session.slide_level(level_of_feature(known, size))
+
+
+def smallest_feature(known: Decomposition, k: int) -> float | None:
+    """Wavelength 2 pi / sqrt(lambda_k) of the finest mode that is shown; None for the base."""
+    if k <= 0 or known.k == 0:
+        return None
+    return float(2 * math.pi / math.sqrt(known.eigenvalues[min(k, known.k) - 1]))
+
+
+def level_of_feature(known: Decomposition, size: float) -> float:
+    """Level that keeps the features of at least `size` (mesh units) and no smaller ones."""
+    k = int(np.searchsorted(known.eigenvalues, (2 * math.pi / size) ** 2, side="right"))
+    return known.level_of(k)
+
+
+def mode_words(known: Decomposition, k: int) -> str:
+    """Say how many modes are shown, of how many."""
+    if k == 0:
+        return "0, the base shape"
+    if k >= known.m:
+        return f"all {known.m:,}"
+    if k > known.k:
+        return f"{known.k:,} of {k:,} so far"
+    return f"{k:,} of {known.m:,}"
+
+
+def _number(suffix: str, low: float, high: float, decimals: int, name: str) -> QDoubleSpinBox:
+    box = QDoubleSpinBox()
+    box.setRange(low, high)
+    box.setDecimals(decimals)
+    box.setSuffix(suffix)
+    box.setKeyboardTracking(False)
+    box.setAccessibleName(name)
+    box.setMinimumHeight(32)
+    return box

@@ -1,0 +1,68 @@
+"""Panel: a titled part of the right column that collapses."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QSettings, Qt
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QToolButton, QVBoxLayout, QWidget
+
+from app.look import Theme, icon
+
+GRID = 8  # px; all spacings are multiples of it or its half
+
+
+class Panel(QWidget):
+    """A title that folds, and a body below it."""
+
+    def __init__(self, title: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName(f"panel {title}")
+        self._theme: Theme | None = None
+        self._key = f"panels/{title}/open"
+        self._head = QToolButton(self)
+        self._head.setText(title)
+        self._head.setCheckable(True)
+        self._head.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self._head.setStyleSheet(
+            "QToolButton { font-weight: 600; padding: 4px 6px; text-align: left; border: 0; }"
+            "QToolButton:checked { background: transparent; color: palette(window-text); }"
+        )
+        self._note = QLabel(self)
+        self._note.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        head = QHBoxLayout()
+        head.setContentsMargins(0, 0, GRID, 0)
+        head.addWidget(self._head)
+        head.addWidget(self._note, 1)
+        self.body = QVBoxLayout()
+        self._inside = QWidget(self)
+        self._inside.setLayout(self.body)
+        self.body.setContentsMargins(GRID * 2, 0, GRID * 2, GRID * 2)
+        self.body.setSpacing(GRID)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, GRID // 2, 0, 0)
+        column.setSpacing(0)
+        column.addLayout(head)
+        column.addWidget(self._inside)
+        opened = QSettings().value(self._key, True, type=bool)
+        self._head.setChecked(bool(opened))
+        self._fold(bool(opened))
+        self._head.toggled.connect(self._toggled)
+
+    def set_note(self, text: str) -> None:
+        """Show a short text beside the title, visible even when folded."""
+        self._note.setText(text)
+
+    def dress(self, theme: Theme) -> None:
+        """Take the colours of `theme`."""
+        self._theme = theme
+        self._note.setStyleSheet(f"color: {theme.faint};")
+        self._fold(self._head.isChecked())
+
+    def _toggled(self, opened: bool) -> None:
+        QSettings().setValue(self._key, opened)
+        self._fold(opened)
+
+    def _fold(self, opened: bool) -> None:
+        self._inside.setVisible(opened)
+        if self._theme is not None:
+            name = "mdi6.chevron-down" if opened else "mdi6.chevron-right"
+            self._head.setIcon(icon(name, self._theme, self._theme.faint))

@@ -1,0 +1,103 @@
+"""Tool rail on the left and the options of the tool in hand above the viewport."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QKeySequence
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QSizePolicy,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.look import Theme, icon
+from app.panels.options import OptionsRow
+from app.panels.panel import GRID
+from app.toolhost import ToolHost
+
+BUTTON = 44
+ICON = 24
+
+
+class ToolRail(QFrame):
+    """One button for every tool that was found, in their order."""
+
+    def __init__(self, host: ToolHost, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._host = host
+        self._theme: Theme | None = None
+        self.buttons: dict[str, QToolButton] = {}
+        column = QVBoxLayout(self)
+        column.setContentsMargins(GRID // 2, GRID, GRID // 2, GRID)
+        column.setSpacing(GRID // 2)
+        for name, tool in host.tools.items():
+            button = QToolButton(self)
+            button.setCheckable(True)
+            button.setFixedSize(BUTTON, BUTTON)
+            button.setIconSize(QSize(ICON, ICON))
+            keys = f" ({QKeySequence(tool.shortcut).toString()})" if tool.shortcut else ""
+            button.setToolTip(f"<b>{tool.title}</b>{keys}<br>{tool.tip}")
+            button.setAccessibleName(tool.title)
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+            button.clicked.connect(lambda _on=False, name=name: host.choose(name))
+            column.addWidget(button)
+            self.buttons[name] = button
+        column.addStretch(1)
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
+
+    def dress(self, theme: Theme) -> None:
+        """Take the colours of `theme`."""
+        self._theme = theme
+        self.setStyleSheet(f"ToolRail {{ background: {theme.panel}; }}")
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show which tool is in hand and which can be taken."""
+        if self._theme is None:
+            return
+        for name, button in self.buttons.items():
+            tool = self._host.tools[name]
+            held = self._host.active is tool
+            colour = self._theme.accent_text if held else None
+            button.setIcon(icon(tool.icon, self._theme, colour))
+            button.setChecked(held)
+            button.setEnabled(held or self._host.available(name))
+
+
+class ToolStrip(QFrame):
+    """Name of the tool in hand and its options."""
+
+    def __init__(self, host: ToolHost, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._host = host
+        self._name = QLabel(self)
+        self._name.setStyleSheet("font-weight: 600;")
+        self._options: OptionsRow | None = None
+        self._for = ""
+        self._row = QHBoxLayout(self)
+        self._row.setContentsMargins(GRID * 2, GRID // 2, GRID * 2, GRID // 2)
+        self._row.setSpacing(GRID * 2)
+        self._row.addWidget(self._name)
+        self._row.addStretch(1)
+        self.setFixedHeight(44)
+
+    def refresh(self) -> None:
+        """Show the tool in hand; its controls are made once per tool."""
+        tool = self._host.active
+        if tool is None or tool.id == self._for:
+            return
+        self._for = tool.id
+        self._name.setText(tool.title)
+        if self._options is not None:
+            self._options.hide()
+            self._options.deleteLater()
+        self._options = OptionsRow(
+            self._host.options_of(tool.id),
+            lambda options, name=tool.id: self._host.set_options(name, options),
+            self,
+        )
+        self._row.insertWidget(1, self._options)

@@ -1,0 +1,551 @@
+"""The one mutable cell: which document is current, what is computed for it, and what is shown."""
+
+from __future__ import annotations
+
+import logging
+from collections import OrderedDict
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+import engine
+from app.jobs import Jobs
+from engine import (
+    Decomposition,
+    Document,
+    EditOptions,
+    EditResult,
+    EngineError,
+    History,
+    Mesh,
+    Moment,
+    Run,
+    SketchEdit,
+    Source,
+    Step,
+)
+from engine.arrays import F64
+
+log = logging.getLogger(__name__)
+
+KEPT_DECOMPOSITIONS = 6
+REST_MS = 150  # a level that stays this long is worth a factorisation
+
+
+class Session(QObject):
+    """Owns the history, the engine's jobs, and what the window shows.
+
+    Signals
+    -------
+    opened : another mesh is open; its history has begun.
+    document_changed : `document` is another one than before.
+    shown_changed(flowing) : `shown` moved; `flowing` when it should be seen to move there.
+    decomposition_changed : more is known about the region (base, then more and more modes).
+    problem_changed : `problem` is another sentence, or none.
+    noticed(text) : something worth a line happened (opened, exported).
+    applied : a step was added.
+    busy_changed : work began or ended in some channel.
+    """
+
+    opened = Signal()
+    document_changed = Signal()
+    shown_changed = Signal(bool)
+    decomposition_changed = Signal()
+    problem_changed = Signal()
+    noticed = Signal(str)
+    applied = Signal()
+    progressed = Signal(str, float, str)
+    busy_changed = Signal()
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.jobs = Jobs(self)
+        self.jobs.progressed.connect(self.progressed)
+        self.jobs.idled.connect(lambda _channel: self.busy_changed.emit())
+        self.history: History | None = None
+        self.problem = ""
+        self.solution: EditResult | None = None
+        self.path: Path | None = None
+        self._solved_edit: tuple[Mesh, SketchEdit] | None = None
+        self._previewed: Document | None = None
+        self._preview_mesh: Mesh | None = None
+        self._kept: OrderedDict[tuple[int, int, str], tuple[Any, ...]] = OrderedDict()
+        self._shown: Mesh | None = None
+        self._coalescing: tuple[int, str] | None = None
+        self._asked: tuple[int, int, str] | None = None
+        self._prepared: tuple[object, ...] | None = None
+        self._resting = QTimer(self)
+        self._resting.setSingleShot(True)
+        self._resting.setInterval(REST_MS)
+        self._resting.timeout.connect(self._prepare)
+
+    # ---- what is open
+
+    @property
+    def document(self) -> Document | None:
+        """The document as it is now, or None before the first file."""
+        return None if self.history is None else self.history.current
+
+    @property
+    def subject(self) -> Document | None:
+        """The document that is shown: the one that a gesture previews, or the current one."""
+        return self._previewed or self.document
+
+    @property
+    def moment(self) -> Moment | None:
+        """The current place in the history."""
+        return None if self.history is None else self.history.moments[self.history.current_id]
+
+    @property
+    def applying(self) -> bool:
+        """Whether a step is being computed that will change the document."""
+        return self.jobs.busy("apply")
+
+    @property
+    def decomposition(self) -> Decomposition | None:
+        """What is known about the current region so far."""
+        document = self.document
+        return None if document is None else self._decomposition_of(document)
+
+    @property
+    def rests_on_details(self) -> bool:
+        """Whether the step just applied is looked at: its details stay until the next action."""
+        moment = self.moment
+        if moment is None or moment.parent is None or self.history is None:
+            return False
+        before = self.history.moments[moment.parent].document
+        draft = moment.document.draft
+        fresh = draft.source is None and not draft.strokes
+        return fresh and moment.document.recipe is not before.recipe
+
+    @property
+    def target_error(self) -> float | None:
+        """How far the farthest anchor is from its target, px; None without a solved stroke."""
+        document = self.subject
+        if document is None or not document.draft.strokes or self.solution is None:
+            return None
+        return float(self.solution.target_error_px)
+
+    def cancel(self, channel: str) -> None:
+        """Stop the work of a channel; what was reached so far stays."""
+        self.jobs.cancel(channel)
+        self.busy_changed.emit()
+
+    # ---- changing the document
+
+    def start(self, document: Document, label: str = "Opened", path: Path | None = None) -> None:
+        """Begin a new history with `document`."""
+        self.take_up(History(document, label), path)
+
+    def take_up(self, history: History, path: Path | None = None) -> None:
+        """Go on with a whole history, as it was read from a file or recovered."""
+        for channel in ("decompose", "prepare", "solve", "apply"):
+            self.jobs.cancel(channel)
+        self.jobs.memo.clear()
+        self._kept.clear()
+        self.history = history
+        self.path = path
+        self.opened.emit()
+        self._moved_on(flowing=False)
+
+    def change(self, document: Document, label: str) -> None:
+        """Make `document` the current one."""
+        assert self.history is not None
+        began = self.history.current.draft.roi is not document.draft.roi
+        self.history.add(document, label)
+        self._coalescing = None
+        self._moved_on(flowing=began)
+
+    def adjust(self, document: Document, label: str) -> None:
+        """Make `document` the current one; a run of adjustments with one label is one moment."""
+        assert self.history is not None
+        if self._coalescing == (self.history.current_id, label):
+            self.history.amend(document)
+        else:
+            moment = self.history.add(document, label)
+            self._coalescing = (moment.id, label)
+        self._moved_on(flowing=False)
+
+    def slide_level(self, level: float) -> None:
+        """Show the region at another level of detail, 0 (base) to 1 (everything)."""
+        document = self.document
+        if document is None or document.draft.roi is None:
+            return
+        level = min(max(float(level), 0.0), 1.0)
+        if level != document.draft.level or self.rests_on_details:
+            draft = replace(document.draft, level=level)
+            self.adjust(document.with_draft(draft), "Level")
+
+    def set_options(self, options: EditOptions) -> None:
+        """Solve the edit in another way."""
+        document = self.document
+        if document is not None and options != document.draft.options:
+            self.adjust(document.with_draft(replace(document.draft, options=options)), "Options")
+
+    def apply(self, step: Step) -> None:
+        """Compute `step` in the background and add it to the document."""
+        document = self.document
+        if document is None or self.applying:
+            return
+
+        def done(mesh: Mesh) -> None:
+            if self.document is document and self.history is not None:
+                self.history.add(document.with_step(step, mesh), step.title)
+                self._coalescing = None
+                self._moved_on(flowing=True)
+                self.applied.emit()
+
+        def failed(error: Exception) -> None:
+            self.report(error)
+            self._show(flowing=False)
+
+        self._previewed = self._preview_mesh = None
+        self.jobs.cancel("solve")
+        self.jobs.submit(
+            "apply", lambda run: step.apply(document.mesh, run), done, failed, priority=1
+        )
+        self.busy_changed.emit()
+
+    def undo(self) -> None:
+        """Go one moment back."""
+        if self.history is not None and self.history.can_undo:
+            self._travel(self.history.undo)
+
+    def redo(self) -> None:
+        """Go one moment forward again."""
+        if self.history is not None and self.history.can_redo:
+            self._travel(self.history.redo)
+
+    def go(self, moment_id: int) -> None:
+        """Go to any moment of the history."""
+        history = self.history
+        if history is not None and moment_id in history.moments:
+            self._travel(lambda: history.go(moment_id))
+
+    def _travel(self, way: Callable[[], Document]) -> None:
+        self.jobs.cancel("apply")
+        self._previewed = self._preview_mesh = None
+        self._coalescing = None
+        way()
+        self._moved_on(flowing=False)
+
+    def step_back(self) -> None:
+        """Drop what was drawn last: a target, else the source, else the region."""
+        document = self.document
+        if self.applying:
+            self.jobs.cancel("apply")
+            return
+        if document is None or document.draft.roi is None:
+            return
+        draft = document.draft
+        if draft.source is not None:
+            self.change(document.with_draft(replace(draft, source=None)), "Source dropped")
+        elif draft.strokes:
+            *kept, last = draft.strokes
+            source = Source(last.anchors, last.view, last.closed, last.weights)
+            back = replace(draft, source=source, strokes=tuple(kept))
+            self.change(document.with_draft(back), "Target dropped")
+        else:
+            self.change(document.with_draft(draft.with_roi(None)), "Region left")
+
+    # ---- previews
+
+    def preview(self, change: Document | Step) -> None:
+        """Show what `change` would give, as soon as it is known; the newest wins."""
+        document = self.document
+        if document is None:
+            return
+        if isinstance(change, Document):
+            self._previewed = change
+            self._compute()
+            self._show(flowing=False)
+            return
+        step = change
+
+        def done(mesh: Mesh) -> None:
+            if self.document is document and mesh.faces is document.mesh.faces:
+                self._preview_mesh = mesh
+                self._show(flowing=False)
+
+        self.jobs.submit(
+            "solve",
+            lambda run: step.apply(document.mesh, run),
+            done,
+            self.report,
+            priority=0,
+            overtakable=True,
+        )
+
+    def end_preview(self) -> None:
+        """Show the current document again."""
+        self.jobs.cancel("solve")
+        self._previewed = self._preview_mesh = None
+        self._compute()
+        self._show(flowing=False)
+
+    # ---- files
+
+    def open(self, path: Path) -> None:
+        """Open a mesh in the background; the document stays until it is there."""
+
+        def done(imported: Any) -> None:
+            self.start(Document.open(imported.mesh, path.name), path=path)
+            lines = [line for line in imported.report.lines() if line]
+            if lines:
+                self.noticed.emit(" ".join(lines))
+
+        self.jobs.submit(
+            "file", lambda run: engine.open_file(path, run=run), done, self.report, priority=1
+        )
+        self.busy_changed.emit()
+
+    def export(self, path: Path) -> None:
+        """Write the mesh as it is after the steps applied so far, in the background."""
+        document = self.document
+        if document is None:
+            return
+        mesh = document.mesh
+        self.jobs.submit(
+            "file",
+            lambda _run: engine.save(mesh, path),
+            lambda _none: self.noticed.emit(f"Exported to {path.name}"),
+            self.report,
+            priority=1,
+        )
+        self.busy_changed.emit()
+
+    def export_recipe(self, path: Path) -> None:
+        """Write the steps applied so far as a recipe that replays without a window."""
+        document = self.document
+        if document is None:
+            return
+        try:
+            path.write_text(document.recipe.to_json(), encoding="utf-8")
+        except OSError as error:
+            reason = error.strerror or str(error)
+            self.fail(f"{path.name} could not be written: {reason}. Choose another folder.")
+            return
+        self.noticed.emit(f"Recipe saved to {path.name}")
+
+    def close(self) -> None:
+        """Stop the engine thread."""
+        self._resting.stop()
+        self.jobs.stop()
+
+    # ---- problems
+
+    def report(self, error: Exception) -> None:
+        """Show an error: an `EngineError` as it stands, anything else as a bug of ours."""
+        if isinstance(error, EngineError):
+            self.fail(str(error))
+        else:
+            self.fail(
+                f"Something went wrong in Eigenform itself ({type(error).__name__}: {error}). "
+                "Your document is as it was."
+            )
+
+    def fail(self, sentence: str) -> None:
+        """Show a sentence where the person looks, until the next action."""
+        self.problem = sentence
+        self.problem_changed.emit()
+
+    def clear_problem(self) -> None:
+        """Take the sentence away."""
+        if self.problem:
+            self.problem = ""
+            self.problem_changed.emit()
+
+    # ---- what is computed
+
+    def _moved_on(self, *, flowing: bool) -> None:
+        self.clear_problem()
+        self._previewed = self._preview_mesh = None
+        self._compute()
+        self.document_changed.emit()
+        self._show(flowing=flowing)
+        self.busy_changed.emit()
+
+    def _compute(self) -> None:
+        """Ask the engine for what the subject needs and nobody has asked for yet."""
+        document = self.subject
+        if document is None:
+            return
+        self._ask_decomposition(document)
+        edit = document.draft.edit()
+        if edit is None:
+            self.jobs.cancel("solve")
+            self.solution = self._solved_edit = None
+            self._prepare_soon(document)
+        elif self._solved_edit is None or not _same_edit(self._solved_edit, document.mesh, edit):
+            self._ask_solution(document, edit)
+
+    def _ask_decomposition(self, document: Document) -> None:
+        roi, rim = document.draft.roi, document.draft.options.rim
+        if roi is None:
+            self.jobs.cancel("decompose")
+            self._asked = None
+            return
+        known = self._decomposition_of(document)
+        key = _key(document)
+        if key == self._asked or (known is not None and known.complete):
+            return
+        self._asked = key
+        mesh = document.mesh
+
+        def work(run: Run) -> Iterator[Decomposition]:
+            yield from engine.decompose_stream(mesh, roi, rim=rim, run=run)
+
+        def done(decomposition: Decomposition) -> None:
+            first = key not in self._kept
+            self._kept[key] = (decomposition, mesh, roi)
+            self._kept.move_to_end(key)
+            while len(self._kept) > KEPT_DECOMPOSITIONS:
+                self._kept.popitem(last=False)
+            self.decomposition_changed.emit()
+            self._prepare_soon(self.document)
+            self._show(flowing=first)
+
+        def failed(error: Exception) -> None:
+            self._asked = None
+            self._refuse_region(document)
+            self.report(error)
+
+        self.jobs.submit("decompose", work, done, failed, priority=5)
+        self.busy_changed.emit()
+
+    def _refuse_region(self, document: Document) -> None:
+        """Forget a region that cannot be decomposed: the document is as it was before it."""
+        history, moment = self.history, self.moment
+        if history is None or moment is None or moment.parent is None:
+            return
+        before = history.moments[moment.parent].document
+        same = moment.document.draft.roi is document.draft.roi
+        if same and before.draft.roi is not document.draft.roi:
+            history.take_back()
+            self._moved_on(flowing=False)
+
+    def _prepare_soon(self, document: Document | None) -> None:
+        """Factorise at once for a source that was drawn, else when the level has come to rest."""
+        if document is None or document.draft.roi is None or document.draft.strokes:
+            self._resting.stop()
+        elif document.draft.source is not None:
+            self._resting.stop()
+            self._prepare()
+        else:
+            self._resting.start()
+
+    def _prepare(self) -> None:
+        """Factorise for the level and the source that waits, before the target is drawn."""
+        document = self.document
+        if document is None or document.draft.roi is None:
+            return
+        draft, mesh = document.draft, document.mesh
+        known = self._decomposition_for(document)
+        wanted = (_key(document), draft.level, draft.options, draft.source)
+        if known is None or wanted == self._prepared:
+            return
+        self._prepared = wanted
+        waiting = () if draft.source is None else (draft.source.still(mesh),)
+        edit = SketchEdit(draft.roi, draft.level, (*draft.strokes, *waiting), draft.options)
+        self.jobs.submit(
+            "prepare",
+            lambda run: edit.prepare(mesh, run, known),
+            lambda _prepared: None,
+            self.report,
+            priority=2,
+            urgent=True,
+        )
+
+    def _ask_solution(self, document: Document, edit: SketchEdit) -> None:
+        mesh, known = document.mesh, self._decomposition_for(document)
+
+        def done(result: EditResult) -> None:
+            subject = self.subject
+            now = None if subject is None else subject.draft.edit()
+            if subject is None or subject.mesh is not mesh or now is None:
+                return
+            self.solution, self._solved_edit = result, (mesh, edit)
+            self._show(flowing=False)
+
+        self.jobs.submit(
+            "solve",
+            lambda run: edit.prepare(mesh, run, known).solve(edit.strokes),
+            done,
+            self.report,
+            priority=0,
+            urgent=known is not None,
+            overtakable=True,
+        )
+
+    def _decomposition_of(self, document: Document) -> Decomposition | None:
+        kept = self._kept.get(_key(document)) if document.draft.roi is not None else None
+        return None if kept is None else kept[0]
+
+    def _decomposition_for(self, document: Document) -> Decomposition | None:
+        """What is known already, if it is enough for the level: the same numbers, sooner."""
+        known = self._decomposition_of(document)
+        return known if known is not None and known.reaches(document.draft.level) else None
+
+    # ---- what is shown
+
+    @property
+    def shown(self) -> Mesh | None:
+        """The surface as it is displayed: at the level, deformed, or the mesh itself."""
+        return self._shown
+
+    def _show(self, *, flowing: bool) -> None:
+        document = self.subject
+        if document is None:
+            return
+        positions = self._positions(document)
+        if positions is None:
+            return  # a solve is under way: what is shown stays until it is there
+        if positions is document.mesh.vertices:
+            self._shown = document.mesh
+        else:
+            self._shown = document.mesh.with_vertices(positions)
+        self.shown_changed.emit(flowing)
+
+    def _positions(self, document: Document) -> F64 | None:
+        """Positions (n, 3) to show for a document; None while they are being computed."""
+        mesh, draft = document.mesh, document.draft
+        if self._preview_mesh is not None:
+            return self._preview_mesh.vertices
+        if draft.roi is None or (self._previewed is None and self.rests_on_details):
+            return mesh.vertices
+        if draft.strokes:
+            if self.solution is None or self._solved_edit is None:
+                return self._level_positions(document)
+            if self._solved_edit[0] is mesh:
+                return self.solution.level_vertices
+        return self._level_positions(document)
+
+    def _level_positions(self, document: Document) -> F64:
+        decomposition = self._decomposition_of(document)
+        if decomposition is None:
+            return document.mesh.vertices
+        positions = document.mesh.vertices.copy()
+        positions[decomposition.roi] = decomposition.surface(
+            decomposition.mode_count(document.draft.level)
+        )
+        return positions
+
+
+def _key(document: Document) -> tuple[int, int, str]:
+    """Identity of what a decomposition depends on; the kept entry holds the objects alive."""
+    return (id(document.mesh), id(document.draft.roi), document.draft.options.rim)
+
+
+def _same_edit(solved: tuple[Mesh, SketchEdit], mesh: Mesh, edit: SketchEdit) -> bool:
+    before_mesh, before = solved
+    return (
+        before_mesh is mesh
+        and before.roi is edit.roi
+        and before.level == edit.level
+        and before.options == edit.options
+        and len(before.strokes) == len(edit.strokes)
+        and all(a is b for a, b in zip(before.strokes, edit.strokes, strict=True))
+    )

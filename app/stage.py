@@ -1,0 +1,198 @@
+"""Stage: puts what the session knows onto the viewport, and lets the form flow where it should."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from app.session import Session
+from app.viewport import Viewport
+from engine import Document, Mesh, Stroke, View
+from engine.arrays import F64, I64
+
+FLOW_SECONDS = 0.2
+FRAME_MS = 15
+
+
+class Stage(QObject):
+    """Keeps the viewport in step with the session.
+
+    Signals
+    -------
+    settled : nothing moves by itself any more; what is shown is what the session says.
+    """
+
+    settled = Signal()
+
+    def __init__(self, session: Session, viewport: Viewport, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._session = session
+        self._viewport = viewport
+        self._mesh: Mesh | None = None
+        self._drawn: F64 | None = None
+        self._flow_from: F64 | None = None
+        self._flow_to: F64 | None = None
+        self._began = 0.0
+        self._original = False
+        self._curves: set[str] = set()
+        self._roi: object = None
+        self._ids: I64 | None = None
+        self._clock = QTimer(self)
+        self._clock.setInterval(FRAME_MS)
+        self._clock.timeout.connect(self._frame)
+        session.opened.connect(self._opened)
+        session.document_changed.connect(self._marks)
+        session.shown_changed.connect(self._shown)
+
+    @property
+    def flowing(self) -> bool:
+        """Whether the form is on its way."""
+        return self._clock.isActive()
+
+    def show_original(self, on: bool) -> None:
+        """Show the form as it was opened, as long as `on`."""
+        document = self._session.document
+        if document is None or on == self._original:
+            return
+        self._original = on
+        self._stop()
+        self._shown(False)
+
+    def stop(self) -> None:
+        """End what moves by itself, for closing."""
+        self._clock.stop()
+
+    def _opened(self) -> None:
+        document = self._session.document
+        assert document is not None
+        self._stop()
+        self._original = False
+        self._mesh = document.mesh
+        self._drawn = document.mesh.vertices
+        self._roi = None
+        self._curves.clear()
+        self._ids = None
+        self._viewport.set_mesh(document.mesh)
+
+    def _shown(self, flowing: bool) -> None:
+        shown, document = self._session.shown, self._session.document
+        if shown is None or document is None or self._mesh is None:
+            return
+        if shown.faces is not self._mesh.faces:
+            self._mesh = shown
+            self._drawn = shown.vertices
+            self._viewport.set_mesh(shown, keep_camera=True)
+            self._roi = self._ids = None
+            self._marks()
+        wanted = shown.vertices
+        if self._original and document.original.faces is shown.faces:
+            wanted = document.original.vertices
+        if flowing and not self._original:
+            self._flow(wanted)
+        else:
+            self._stop()
+            self._draw(wanted)
+            self._settle()
+
+    def _flow(self, wanted: F64) -> None:
+        assert self._drawn is not None
+        self._flow_from, self._flow_to = self._drawn, wanted
+        self._began = time.monotonic()
+        self._clock.start()
+
+    def _frame(self) -> None:
+        assert self._flow_from is not None
+        assert self._flow_to is not None
+        share = min((time.monotonic() - self._began) / FLOW_SECONDS, 1.0)
+        eased = share * share * (3 - 2 * share)
+        if share >= 1.0:
+            self._clock.stop()
+            self._draw(self._flow_to)
+            self._flow_from = self._flow_to = None
+            self._settle()
+        else:
+            self._draw(self._flow_from + eased * (self._flow_to - self._flow_from))
+
+    def _stop(self) -> None:
+        self._clock.stop()
+        self._flow_from = self._flow_to = None
+
+    def _draw(self, positions: F64) -> None:
+        """Put positions (n, 3) on screen; only those that changed are sent."""
+        if self._drawn is not None and positions is not self._drawn:
+            moved = (positions != self._drawn).any(axis=1)
+            if moved.any():
+                # The same array of ids from frame to frame saves the viewport its preparation.
+                if self._ids is None or np.count_nonzero(moved) != moved[self._ids].sum():
+                    self._ids = np.flatnonzero(moved)
+                self._viewport.set_vertices(positions[self._ids], self._ids)
+        self._drawn = positions
+
+    def _settle(self) -> None:
+        document = self._session.subject
+        if document is None:
+            return
+        self._ghost(document)
+        self._draw_curves(document)
+        self.settled.emit()
+
+    def _ghost(self, document: Document) -> None:
+        lying = document.draft.roi is not None and not self._original
+        lying = lying and not self._session.rests_on_details
+        self._viewport.ghost(document.mesh.vertices if lying else None)
+
+    def _marks(self) -> None:
+        """Region, rim and curves of the current document."""
+        document = self._session.document
+        if document is None:
+            return
+        if document.draft.roi is not self._roi:
+            self._roi = document.draft.roi
+            self._viewport.set_region(document.draft.roi)
+        self._draw_curves(document)
+
+    def _draw_curves(self, document: Document) -> None:
+        shown = self._session.shown
+        if shown is None or self._drawn is None:
+            return
+        draft = document.draft
+        wanted: set[str] = set()
+        if not self._original:
+            if draft.source is not None:
+                source = draft.source
+                points = self._drawn[source.anchors]
+                self._viewport.show_curve("source", points, "source", closed=source.closed)
+                wanted.add("source")
+            for i, stroke in enumerate(draft.strokes):
+                anchors = self._drawn[stroke.anchors]
+                self._viewport.show_curve(f"source {i}", anchors, "source", closed=stroke.closed)
+                points = on_picture_plane(stroke, anchors)
+                self._viewport.show_curve(f"target {i}", points, "target", closed=stroke.closed)
+                wanted |= {f"source {i}", f"target {i}"}
+        for name in self._curves - wanted:
+            self._viewport.hide_curve(name)
+        self._curves = wanted
+
+
+def on_picture_plane(stroke: Stroke, anchors: F64) -> F64:
+    """Return the target as points in space, (c, 3): below its pixels, as deep as the anchors are.
+
+    Seen through `stroke.view` they cover the target exactly; seen from elsewhere they show how far
+    the curve lies from the surface.
+    """
+    view: View = stroke.view
+    homogeneous = np.column_stack([anchors, np.ones(len(anchors))]) @ view.matrix.T
+    width, height = view.size
+    w = homogeneous[:, 3]
+    clip = np.column_stack(
+        [
+            (2 * stroke.target[:, 0] / width - 1) * w,
+            (1 - 2 * stroke.target[:, 1] / height) * w,
+            homogeneous[:, 2],
+            w,
+        ]
+    )
+    points = np.linalg.solve(view.matrix, clip.T).T
+    return np.asarray(points[:, :3] / points[:, 3:])

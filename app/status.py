@@ -1,0 +1,119 @@
+"""Status bar: what is open, how far the modes are, and progress with a cross to cancel."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QLabel, QProgressBar, QSizePolicy, QStatusBar, QToolButton, QWidget
+
+from app.look import Theme, icon
+from app.session import Session
+
+SHOWN_AFTER = 150  # ms: what is done sooner needs no bar
+WORDS = {
+    "file": "File",
+    "decompose": "Region",
+    "prepare": "Curve",
+    "solve": "Form",
+    "apply": "Details",
+}
+ORDER = ("file", "apply", "decompose", "prepare")
+
+
+class Status(QStatusBar):
+    """One line of figures, and the progress of the slowest work."""
+
+    def __init__(self, session: Session, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._session = session
+        self.setSizeGripEnabled(False)
+        self._figures = QLabel(self)
+        self._figures.setContentsMargins(12, 0, 0, 0)
+        self._words = QLabel(self)
+        self._bar = QProgressBar(self)
+        self._bar.setRange(0, 1000)
+        self._bar.setTextVisible(False)
+        self._bar.setFixedWidth(160)
+        self._cross = QToolButton(self)
+        self._cross.setAccessibleName("Cancel")
+        self._cross.setToolTip("Cancel this work")
+        self._cross.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self._cross.clicked.connect(self.cancel)
+        self.addWidget(self._figures, 1)
+        for widget in (self._words, self._bar, self._cross):
+            self.addPermanentWidget(widget)
+            widget.hide()
+        self._channel = ""
+        self._late = QTimer(self)
+        self._late.setSingleShot(True)
+        self._late.setInterval(SHOWN_AFTER)
+        self._late.timeout.connect(self._appear)
+        session.progressed.connect(self._progressed)
+        session.busy_changed.connect(self.refresh)
+        session.document_changed.connect(self.refresh)
+        session.decomposition_changed.connect(self.refresh)
+        session.shown_changed.connect(lambda _flowing: self.refresh())
+
+    @property
+    def figures(self) -> str:
+        """The line of figures."""
+        return self._figures.text()
+
+    def dress(self, theme: Theme) -> None:
+        """Take the colours of `theme`."""
+        self._cross.setIcon(icon("mdi6.close", theme))
+
+    def cancel(self) -> None:
+        """Stop the work that the bar shows."""
+        if self._channel:
+            self._session.cancel(self._channel)
+
+    def refresh(self) -> None:
+        """Show the figures of the current document, and whether work is under way."""
+        self._figures.setText(self._line())
+        busy = next((one for one in ORDER if self._session.jobs.busy(one)), "")
+        if busy != self._channel:
+            self._channel = busy
+            self._words.setText(WORDS.get(busy, ""))
+            self._bar.setRange(0, 0 if busy == "file" else 1000)
+            self._bar.setValue(0)
+        if not busy:
+            self._late.stop()
+            for widget in (self._words, self._bar, self._cross):
+                widget.hide()
+        elif not self._bar.isVisible() and not self._late.isActive():
+            self._late.start()
+
+    def _appear(self) -> None:
+        if self._channel:
+            for widget in (self._words, self._bar, self._cross):
+                widget.show()
+
+    def _progressed(self, channel: str, fraction: float, text: str) -> None:
+        if channel != self._channel:
+            return
+        known = self._session.decomposition
+        if channel == "decompose" and known is not None and known.k:
+            text = f"{known.k:,} modes"
+        self._bar.setRange(0, 1000)
+        self._bar.setValue(round(fraction * 1000))
+        self._words.setText(text)
+
+    def _line(self) -> str:
+        document = self._session.document
+        if document is None:
+            return ""
+        mesh, draft = document.mesh, document.draft
+        size = " × ".join(f"{extent:,.4g}" for extent in mesh.bounds[1] - mesh.bounds[0])
+        parts = [f"{mesh.n:,} vertices", f"{size} {document.unit}"]
+        if draft.roi is not None:
+            parts.append(f"region {len(draft.roi):,}")
+            known = self._session.decomposition
+            if known is not None:
+                more = "" if known.complete else "…"
+                parts.append(f"{known.k:,} modes{more}")
+        error = self._session.target_error
+        if error is not None:
+            parts.append(
+                f"target met to {error:.2g} px" if error < 1 else f"target {error:.1f} px off"
+            )
+        return "    ".join(parts)

@@ -1,0 +1,315 @@
+"""Feeds pointer events to the active tool's generator, and guards the window against tools.
+
+A tool is a stranger: it may raise, return nonsense or change what it must not. Then its gesture is
+closed, the person is told its name, and the document stays as it was.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+from PySide6.QtCore import QObject, Signal
+
+from app.session import Session
+from engine import Cancelled, Document, EngineError, Mesh, Step, View
+from engine.arrays import F64, I64
+from plugins.api import Gesture, Hit, Pointer, Role, Tool
+
+log = logging.getLogger(__name__)
+
+
+class Canvas(Protocol):
+    """What the tool host needs of the viewport; all positions in logical pixels."""
+
+    def view(self) -> View: ...
+
+    def pick(self, x: float, y: float) -> Hit | None: ...
+
+    def vertices_inside(self, polygon: F64, through: bool = False) -> I64: ...
+
+    def faces_under(self, path: F64) -> I64: ...
+
+    def ink(self, path: F64, role: Role, closed: bool = False) -> None: ...
+
+    def clear_ink(self) -> None: ...
+
+
+class NonsenseError(Exception):
+    """A tool returned something that is neither a document, a step nor None."""
+
+
+class ToolHost(QObject):
+    """Holds the active tool and its gesture; is the `Context` that tools see.
+
+    Signals
+    -------
+    tool_changed : another tool is active, or its options are others.
+    said(text) : the tool's own sentence for the hint line; "" when it has nothing more to say.
+    gesture_changed : a gesture began or ended.
+    """
+
+    tool_changed = Signal()
+    said = Signal(str)
+    gesture_changed = Signal()
+
+    def __init__(
+        self,
+        session: Session,
+        canvas: Canvas,
+        tools: Mapping[str, Tool],
+        parent: QObject | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._session = session
+        self._canvas = canvas
+        self.tools = dict(tools)
+        self.switched_off: set[str] = set()
+        self._options: dict[str, Any] = {name: tool.Options() for name, tool in tools.items()}
+        self._active = next(iter(self.tools), "")
+        self._gesture: Gesture | None = None
+        session.opened.connect(self._opened)
+        session.document_changed.connect(self._follow)
+
+    # ---- which tool
+
+    @property
+    def active(self) -> Tool | None:
+        """The tool in hand."""
+        return self.tools.get(self._active)
+
+    @property
+    def in_gesture(self) -> bool:
+        """Whether a gesture is under way."""
+        return self._gesture is not None
+
+    def choose(self, name: str) -> None:
+        """Take another tool in hand."""
+        if name not in self.tools or name in self.switched_off:
+            return
+        self.cancel()
+        self._active = name
+        self._session.clear_problem()
+        self.tool_changed.emit()
+
+    def available(self, name: str) -> bool:
+        """Whether a tool can be used on the document now."""
+        document = self._session.document
+        if document is None or name in self.switched_off:
+            return False
+        return bool(self._asked(self.tools[name], "available", document, False))
+
+    def hint(self) -> str:
+        """What the active tool says about the document."""
+        document, tool = self._session.document, self.active
+        if document is None or tool is None:
+            return ""
+        return str(self._asked(tool, "hint", document, tool.tip))
+
+    def set_options(self, name: str, options: Any) -> None:
+        """Give a tool other options."""
+        self._options[name] = options
+        self.tool_changed.emit()
+
+    def options_of(self, name: str) -> Any:
+        """The options of a tool as the person set them."""
+        return self._options[name]
+
+    def _opened(self) -> None:
+        self.cancel()
+        self._hand_over()
+
+    def _follow(self) -> None:
+        tool = self.active
+        if tool is None or not tool.repeats or not self.available(self._active):
+            self._hand_over()
+        self.tool_changed.emit()
+
+    def _hand_over(self) -> None:
+        """The flow goes on with the first tool that claims the document."""
+        document = self._session.document
+        if document is None:
+            return
+        for name, tool in self.tools.items():
+            claims = self._asked(tool, "claims", document, False)
+            if name not in self.switched_off and claims:
+                self._active = name
+                break
+        self.tool_changed.emit()
+
+    # ---- gestures
+
+    def pointer(self, event: Pointer) -> None:
+        """Take one event of mouse or pen."""
+        if event.kind == "press" and self._gesture is None:
+            self._begin(event)
+        elif self._gesture is not None and event.kind != "hover":
+            self._advance(event)
+
+    def cancel(self) -> bool:
+        """Close the gesture under way; returns whether there was one."""
+        if self._gesture is None:
+            return False
+        tool, gesture = self.active, self._gesture
+        self._gesture = None
+        try:
+            gesture.close()
+        except Exception as error:
+            log.info("Tool %s raised when it was closed", self._active, exc_info=True)
+            self._fail(tool, error)
+        self._put_away()
+        return True
+
+    def enter(self) -> None:
+        """Do what Enter asks for: the active tool decides, by default it applies the draft."""
+        tool = self.active
+        if self._gesture is not None or self._session.document is None or tool is None:
+            return
+        try:
+            self._take(tool, tool.enter(self))
+        except EngineError as error:
+            self._session.report(error)
+        except Exception as error:
+            log.info("Tool %s raised", self._active, exc_info=True)
+            self._fail(tool, error)
+
+    def _begin(self, event: Pointer) -> None:
+        tool = self.active
+        if tool is None or self._session.document is None or self._session.applying:
+            return
+        self._session.clear_problem()
+        try:
+            gesture = tool.gesture(self, event)
+            if not hasattr(gesture, "send"):
+                raise NonsenseError("its gesture is not a generator")
+        except Exception as error:
+            log.info("Tool %s raised", self._active, exc_info=True)
+            self._fail(tool, error)
+            return
+        self._gesture = gesture
+        self.gesture_changed.emit()
+        self._advance(None)
+
+    def _advance(self, event: Pointer | None) -> None:
+        tool, gesture = self.active, self._gesture
+        assert tool is not None
+        assert gesture is not None
+        try:
+            if event is None:
+                next(gesture)
+            else:
+                gesture.send(event)
+        except StopIteration as end:
+            self._gesture = None
+            self._finish(tool, end.value)
+        except EngineError as error:
+            self._gesture = None
+            self._put_away()
+            if not isinstance(error, Cancelled):
+                self._session.report(error)
+        except Exception as error:
+            log.info("Tool %s raised", self._active, exc_info=True)
+            self._gesture = None
+            self._put_away()
+            self._fail(tool, error)
+
+    def _finish(self, tool: Tool, result: object) -> None:
+        self._canvas.clear_ink()
+        self.said.emit("")
+        try:
+            taken = self._take(tool, result)
+        except NonsenseError as error:
+            self._fail(tool, error)
+            taken = False
+        if not taken:
+            self._session.end_preview()
+        self.gesture_changed.emit()
+
+    def _take(self, tool: Tool, result: object) -> bool:
+        """Put a tool's result into the session; returns whether there was one."""
+        before = self._session.document
+        if result is None or before is None:
+            return False
+        if isinstance(result, Document):
+            if result.mesh is not before.mesh or result.recipe is not before.recipe:
+                raise NonsenseError("it changed the mesh without a step")
+            if result is before:
+                return False
+            self._session.change(result, tool.label or tool.title)
+            return True
+        if isinstance(result, Step):
+            self._session.apply(result)
+            return True
+        raise NonsenseError(f"it returned {type(result).__name__}, not a document or a step")
+
+    def _put_away(self) -> None:
+        self._canvas.clear_ink()
+        self.said.emit("")
+        self._session.end_preview()
+        self.gesture_changed.emit()
+
+    def _fail(self, tool: Tool | None, error: Exception) -> None:
+        name = tool.title if tool is not None else "?"
+        self._session.fail(
+            f"The tool “{name}” failed and was stopped ({type(error).__name__}: {error}). "
+            "Your document is as it was; choose another tool."
+        )
+
+    def _asked(self, tool: Tool, question: str, document: Document, otherwise: object) -> object:
+        """Ask a tool about the document; one that raises is switched off and named."""
+        try:
+            return getattr(tool, question)(document)
+        except Exception as error:
+            log.info("Tool %s raised in %s", tool.id, question, exc_info=True)
+            self.switched_off.add(tool.id)
+            self._fail(tool, error)
+            return otherwise
+
+    # ---- the Context that tools see
+
+    @property
+    def document(self) -> Document:
+        """The document as it is now."""
+        assert self._session.document is not None
+        return self._session.document
+
+    @property
+    def options(self) -> Any:
+        """The active tool's options."""
+        return self._options[self._active]
+
+    @property
+    def view(self) -> View:
+        """The camera as it is now."""
+        return self._canvas.view()
+
+    @property
+    def shown(self) -> Mesh:
+        """The surface as it is displayed."""
+        assert self._session.shown is not None
+        return self._session.shown
+
+    def pick(self, x: float, y: float) -> Hit | None:
+        """What is visible at a pixel."""
+        return self._canvas.pick(x, y)
+
+    def vertices_inside(self, polygon: F64, through: bool = False) -> I64:
+        """Ids of the vertices inside a closed lasso."""
+        return self._canvas.vertices_inside(polygon, through)
+
+    def faces_under(self, path: F64) -> I64:
+        """Ids of the visible faces below a path."""
+        return self._canvas.faces_under(path)
+
+    def draw(self, path: F64, role: Role, closed: bool = False) -> None:
+        """Show ink over the scene."""
+        self._canvas.ink(path, role, closed)
+
+    def preview(self, change: Document | Step) -> None:
+        """Show what `change` would give."""
+        self._session.preview(change)
+
+    def say(self, text: str) -> None:
+        """Put a sentence where the hint is."""
+        self.said.emit(text)

@@ -1,0 +1,322 @@
+"""The window: layout only. What happens is in the session, the tool host and the actions."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from PySide6.QtCore import QByteArray, QEvent, QObject, QSettings, Qt, QTimer
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
+from PySide6.QtWidgets import (
+    QAbstractSpinBox,
+    QApplication,
+    QFileDialog,
+    QFrame,
+    QHBoxLayout,
+    QLineEdit,
+    QMainWindow,
+    QMenu,
+    QScrollArea,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.actions import Actions
+from app.commands import commands
+from app.hint import HintLine
+from app.look import Appearance, Theme
+from app.palette import Palette
+from app.panels.edit import EditPanel
+from app.panels.level import LevelPanel
+from app.panels.steps import StepsPanel
+from app.panels.toolbar import ToolRail, ToolStrip
+from app.session import Session
+from app.stage import Stage
+from app.status import Status
+from app.toolhost import ToolHost
+from app.viewport import Viewport
+from engine import Document
+from plugins.registry import Failure, find_tools
+
+PANEL_WIDTH = 304
+FIRST_SIZE = (1280, 860)
+RECENT = 8
+OPENS = "Meshes (*.obj *.ply *.stl *.off *.3mf);;All files (*)"
+EXPORTS = "PLY, exact (*.ply);;Wavefront OBJ (*.obj);;STL (*.stl);;OFF (*.off);;3MF (*.3mf)"
+
+
+class Window(QMainWindow):
+    """Tool rail on the left, the viewport in the middle, panels on the right."""
+
+    def __init__(self, appearance: Appearance) -> None:
+        super().__init__()
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setAcceptDrops(True)
+        self.appearance = appearance
+        self.session = Session(self)
+        self.viewport = Viewport(self)
+        found = find_tools()
+        self.failures: tuple[Failure, ...] = found.failures
+        self.toolhost = ToolHost(self.session, self.viewport, found.items, self)
+        self.stage = Stage(self.session, self.viewport, self)
+        self.actions_table = Actions(self, self.viewport)
+        self.hint = HintLine(self.viewport)
+        self.level = LevelPanel(self.session, self)
+        self.edit = EditPanel(self.session, self)
+        self.steps = StepsPanel(self.session, self)
+        self.rail = ToolRail(self.toolhost, self)
+        self.strip = ToolStrip(self.toolhost, self)
+        self.status = Status(self.session, self)
+        self._asked_original = False
+        self._lay_out()
+        self.actions_table.add(commands(self))
+        self._make_menus()
+        self.palette_box = Palette(self.actions_table, self)
+        self._connect()
+        self._dress(appearance.theme)
+        self.refresh()
+        self.resize(*FIRST_SIZE)
+        geometry = QSettings().value("window/geometry")
+        if isinstance(geometry, QByteArray):
+            self.restoreGeometry(geometry)
+
+    # ---- layout
+
+    def _lay_out(self) -> None:
+        column = QVBoxLayout()
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        for panel in (self.level, self.edit, self.steps):
+            column.addWidget(panel)
+            column.addWidget(_rule())
+        column.addStretch(1)
+        inside = QWidget()
+        inside.setLayout(column)
+        self.side = QScrollArea(self)
+        self.side.setWidget(inside)
+        self.side.setWidgetResizable(True)
+        self.side.setFrameShape(QFrame.Shape.NoFrame)
+        self.side.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.side.setFixedWidth(PANEL_WIDTH)
+        middle = QVBoxLayout()
+        middle.setContentsMargins(0, 0, 0, 0)
+        middle.setSpacing(0)
+        middle.addWidget(self.strip)
+        middle.addWidget(self.viewport, 1)
+        row = QHBoxLayout()
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(0)
+        row.addWidget(self.rail)
+        row.addLayout(middle, 1)
+        row.addWidget(self.side)
+        central = QWidget(self)
+        central.setLayout(row)
+        self.setCentralWidget(central)
+        self.setStatusBar(self.status)
+
+    def _make_menus(self) -> None:
+        self.recent_menu = QMenu("Open recent", self)
+        self.recent_menu.aboutToShow.connect(self._fill_recent)
+        menus: dict[str, QMenu] = {}
+        for name, action in self.actions_table.table.items():
+            if not action.menu:
+                continue
+            menu = menus.get(action.menu)
+            if menu is None:
+                menu = menus[action.menu] = self.menuBar().addMenu(action.menu)
+            menu.addAction(self.actions_table.qt[name])
+            if name == "file.open":
+                menu.addMenu(self.recent_menu)
+
+    def _connect(self) -> None:
+        session, host = self.session, self.toolhost
+        session.document_changed.connect(self.refresh)
+        session.opened.connect(self._opened)
+        session.problem_changed.connect(lambda: self.hint.set_problem(session.problem))
+        session.noticed.connect(self.hint.set_notice)
+        session.busy_changed.connect(self.refresh)
+        host.tool_changed.connect(self.refresh)
+        host.said.connect(self.hint.set_said)
+        self.viewport.pointer.connect(host.pointer)
+        self.viewport.cancelled.connect(host.cancel)
+        self.viewport.alt_scrolled.connect(self._level_by_wheel)
+        self.edit.apply_asked.connect(host.enter)
+        self.appearance.changed.connect(self._dress)
+        application = QApplication.instance()
+        assert application is not None
+        application.installEventFilter(self)
+
+    def _dress(self, theme: Theme) -> None:
+        self.viewport.set_theme(theme)
+        self.actions_table.dress(theme)
+        for part in (self.level, self.edit, self.steps, self.rail, self.status, self.hint):
+            part.dress(theme)
+
+    # ---- keeping in step
+
+    def refresh(self) -> None:
+        """Show what the session and the tool host say."""
+        document = self.session.document
+        self.actions_table.refresh(document)
+        self.rail.refresh()
+        self.strip.refresh()
+        self.hint.set_hint(self._hint(document))
+        self.setWindowTitle(f"{document.name} – Eigenform" if document else "Eigenform")
+
+    def _hint(self, document: Document | None) -> str:
+        if document is None:
+            busy = self.session.jobs.busy("file")
+            return "Opening…" if busy else "Open a mesh with Ctrl+O, or drop a file here"
+        if self.session.applying:
+            return "Putting the details back…"
+        return self.toolhost.hint()
+
+    def _opened(self) -> None:
+        path = self.session.path
+        if path is not None:
+            remember(path)
+
+    def _level_by_wheel(self, notches: float) -> None:
+        self.nudge_level(0.02 * notches)
+
+    def nudge_level(self, by: float) -> None:
+        """Move the level by a share of its range."""
+        document = self.session.document
+        if document is not None:
+            self.session.slide_level(document.draft.level + by)
+
+    # ---- files
+
+    def ask_open(self) -> None:
+        """Let the person choose a file to open."""
+        name, _ = QFileDialog.getOpenFileName(self, "Open", _folder(), OPENS)
+        if name:
+            self.session.open(Path(name))
+
+    def ask_export(self) -> None:
+        """Let the person choose where the mesh goes."""
+        name, chosen = QFileDialog.getSaveFileName(self, "Export mesh", _folder(), EXPORTS)
+        if name:
+            path = Path(name)
+            if not path.suffix:
+                path = path.with_suffix("." + chosen.split("*.")[1].rstrip(")"))
+            self.session.export(path)
+
+    def ask_recipe(self) -> None:
+        """Let the person choose where the recipe goes."""
+        name, _ = QFileDialog.getSaveFileName(self, "Save recipe", _folder(), "Recipe (*.json)")
+        if name:
+            path = Path(name)
+            self.session.export_recipe(path if path.suffix else path.with_suffix(".json"))
+
+    def _fill_recent(self) -> None:
+        self.recent_menu.clear()
+        for path in recent():
+            action = self.recent_menu.addAction(path.name)
+            action.setToolTip(str(path))
+            action.triggered.connect(lambda _checked=False, p=path: self.session.open(p))
+        self.recent_menu.setEnabled(bool(self.recent_menu.actions()))
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """Take a dropped file."""
+        if any(url.isLocalFile() for url in event.mimeData().urls()):
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Open the first file that was dropped."""
+        files = [url.toLocalFile() for url in event.mimeData().urls() if url.isLocalFile()]
+        if files:
+            event.acceptProposedAction()
+            self.session.open(Path(files[0]))
+
+    # ---- keys that are held, and Escape
+
+    def escape(self) -> None:
+        """Close the gesture under way, or go one step back."""
+        if not self.toolhost.cancel():
+            self.session.step_back()
+
+    def toggle_panels(self) -> None:
+        """Hide or show everything but the form."""
+        shown = self.side.isVisible()
+        for part in (self.side, self.rail, self.strip, self.status, self.menuBar()):
+            part.setVisible(not shown)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """B held shows the original, wherever the focus is outside a text."""
+        if event.type() in (QEvent.Type.KeyPress, QEvent.Type.KeyRelease):
+            assert isinstance(event, QKeyEvent)
+            typing = isinstance(QApplication.focusWidget(), (QLineEdit, QAbstractSpinBox))
+            if event.key() == Qt.Key.Key_B and not event.modifiers() and not typing:
+                if self.isActiveWindow() and not event.isAutoRepeat():
+                    self.stage.show_original(event.type() == QEvent.Type.KeyPress)
+                return False
+        elif event.type() == QEvent.Type.WindowDeactivate and watched is self:
+            self.stage.show_original(False)
+        return super().eventFilter(watched, event)
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Stop the engine before the viewport goes."""
+        application = QApplication.instance()
+        if application is not None:
+            application.removeEventFilter(self)
+        QSettings().setValue("window/geometry", self.saveGeometry())
+        self.toolhost.cancel()
+        self.stage.stop()
+        self.session.close()
+        self.viewport.close()
+        super().closeEvent(event)
+
+
+def _rule() -> QFrame:
+    rule = QFrame()
+    rule.setFrameShape(QFrame.Shape.HLine)
+    rule.setFrameShadow(QFrame.Shadow.Plain)
+    rule.setFixedHeight(1)
+    rule.setStyleSheet("color: palette(mid);")
+    return rule
+
+
+def recent() -> list[Path]:
+    """Files opened lately that are still there, the latest first."""
+    names = QSettings().value("files/recent", [])
+    names = [names] if isinstance(names, str) else list(names or [])
+    return [path for path in map(Path, names) if path.is_file()]
+
+
+def remember(path: Path) -> None:
+    """Put a file first among the recent ones."""
+    resolved = path.resolve()
+    others = [one for one in recent() if one != resolved]
+    QSettings().setValue("files/recent", [str(p) for p in (resolved, *others)][:RECENT])
+
+
+def _folder() -> str:
+    files = recent()
+    return str(files[0].parent if files else Path.home())
+
+
+def application() -> QApplication:
+    """Return the Qt application, made the way the viewport needs it."""
+    existing = QApplication.instance()
+    if isinstance(existing, QApplication):
+        return existing
+    # Every point that mouse and pen report is wanted: strokes are drawn with them.
+    QApplication.setAttribute(Qt.ApplicationAttribute.AA_CompressHighFrequencyEvents, False)
+    QApplication.setAttribute(Qt.ApplicationAttribute.AA_CompressTabletEvents, False)
+    made = QApplication(sys.argv[:1])
+    made.setApplicationName("Eigenform")
+    made.setOrganizationName("Eigenform")
+    return made
+
+
+def main(path: Path | None = None) -> int:
+    """Open the window on a file, or on the sample vase, and run until it is closed."""
+    from resources import sample_path
+
+    app = application()
+    choice = QSettings().value("look/theme", "system")
+    window = Window(Appearance(app, str(choice)))
+    window.show()
+    QTimer.singleShot(0, lambda: window.session.open(path or sample_path("vase")))
+    return app.exec()

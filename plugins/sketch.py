@@ -1,0 +1,266 @@
+"""Source and target: a curve on the form, and where it shall go (Sections 5.2, Figs. 9 and 10)."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from plugins.api import (
+    F64,
+    I64,
+    Context,
+    Document,
+    EngineError,
+    Gesture,
+    Pointer,
+    Source,
+    Stroke,
+    Tool,
+    View,
+    anchor_path,
+    resample_target,
+)
+
+SHORTEST = 12.0  # px: a shorter path is a slip of the hand, not a curve
+GRAB = 14.0  # px: a press this near to the target takes hold of it
+
+
+class SourceTool(Tool):
+    """Draws the source curve on the region."""
+
+    id = "source"
+    title = "Source"
+    tip = "Draw a curve on the region: the part of the form that will follow your target"
+    icon = "mdi6.vector-curve"
+    shortcut = "S"
+    label = "Source curve"
+    order = 30
+    repeats = False
+
+    def available(self, document: Document) -> bool:
+        """A source lies on a region."""
+        return document.draft.roi is not None
+
+    def claims(self, document: Document) -> bool:
+        """After the region comes the source."""
+        draft = document.draft
+        return draft.roi is not None and draft.source is None and not draft.strokes
+
+    def hint(self, document: Document) -> str:
+        """Say what to draw now."""
+        draft = document.draft
+        if draft.roi is None:
+            return "Choose a region first: press L and circle the part you want to reshape"
+        if draft.strokes:
+            return "Draw another curve on the region"
+        if any(getattr(step, "roi", None) is draft.roi for step in document.recipe.steps):
+            return "Draw another curve, change the level, or press Esc to leave the region"
+        return "Slide the level, then draw a curve on the coloured part"
+
+    def gesture(self, context: Context, pointer: Pointer) -> Gesture:
+        """Follow the curve and find its anchors."""
+        path = yield from _drawn(context, pointer, "source")
+        if path is None:
+            return None
+        draft = context.document.draft
+        if draft.roi is None:
+            raise EngineError("There is no region to draw on. Press L and circle a part first.")
+        faces = context.faces_under(path)
+        if len(_inside(faces, context.shown.faces, draft.roi)) == 0:
+            raise EngineError("The curve is not on the region. Draw it on the coloured part.")
+        anchors = anchor_path(context.shown, faces, path, context.view, draft.roi)
+        source = Source(anchors, context.view)
+        return context.document.with_draft(replace(draft, source=source))
+
+
+@dataclass(frozen=True)
+class TargetOptions:
+    """How a target is adjusted."""
+
+    reach: float = field(
+        default=0.3,
+        metadata={
+            "label": "Reach",
+            "tip": "How much of the curve follows when a part of it is dragged",
+            "min": 0.05,
+            "max": 1.0,
+            "step": 0.05,
+            "unit": "of the curve",
+        },
+    )
+
+
+class TargetTool(Tool):
+    """Draws where the source shall go, and adjusts it; the surface follows."""
+
+    id = "target"
+    title = "Target"
+    tip = "Draw where the source curve should go"
+    icon = "mdi6.vector-polyline-edit"
+    shortcut = "T"
+    label = "Target curve"
+    order = 40
+    repeats = False
+    Options = TargetOptions
+
+    def available(self, document: Document) -> bool:
+        """A target needs a source."""
+        return document.draft.source is not None or bool(document.draft.strokes)
+
+    def claims(self, document: Document) -> bool:
+        """After the source comes the target."""
+        return self.available(document)
+
+    def hint(self, document: Document) -> str:
+        """Say what to draw now."""
+        draft = document.draft
+        if draft.source is not None:
+            return "Turn the view if you like, then draw where the curve should go"
+        if draft.strokes:
+            return "Drag the curve to adjust, draw it again, S for another, or Enter to apply"
+        return "Draw a source curve first: press S and draw on the region"
+
+    def gesture(self, context: Context, pointer: Pointer) -> Gesture:
+        """Draw the target of the waiting source, take hold of one, or draw the last one again."""
+        draft = context.document.draft
+        if draft.source is None:
+            held = _held(context, pointer)
+            if held is not None:
+                return (yield from self._adjust(context, pointer, *held))
+            if not draft.strokes:
+                raise EngineError("There is no source curve. Press S and draw one on the region.")
+        return (yield from self._draw(context, pointer))
+
+    def _draw(self, context: Context, pointer: Pointer) -> Gesture:
+        """Draw a whole target; while the hand moves, the rest of the curve goes along."""
+        draft = context.document.draft
+        view = context.view
+        if draft.source is not None:
+            source, others = draft.source, draft.strokes
+        else:
+            source, others = _source(draft.strokes[-1]), draft.strokes[:-1]
+        start = view.project(context.shown.vertices[source.anchors])
+        context.say("Draw the whole curve where it should go")
+        path = [pointer.xy]
+        while pointer.kind != "release":
+            pointer = yield
+            path.append(pointer.xy)
+            drawn = np.array(path)
+            context.draw(drawn, "target")
+            if _extent(drawn) >= SHORTEST:
+                so_far = _stroke(source, view, _carried(start, drawn))
+                context.preview(_with_strokes(context.document, (*others, so_far)))
+        if _extent(np.array(path)) < SHORTEST:
+            return None
+        points = context.shown.vertices[source.anchors]
+        target = resample_target(points, np.array(path), view, closed=source.closed)
+        return _with_strokes(context.document, (*others, _stroke(source, view, target)))
+
+    def _adjust(
+        self, context: Context, pointer: Pointer, which: int, anchor: int, curve: F64
+    ) -> Gesture:
+        """Drag a part of a target; its neighbours along the curve follow smoothly."""
+        strokes = context.document.draft.strokes
+        grasp = np.array(pointer.xy)
+        share = _falloff(curve, anchor, context.options.reach, strokes[which].closed)
+        context.say("Let go where the curve should be")
+        document: Document | None = None
+        while pointer.kind != "release":
+            pointer = yield
+            target = curve + share[:, None] * (np.array(pointer.xy) - grasp)
+            moved = _stroke(_source(strokes[which]), context.view, target)
+            changed = (*strokes[:which], moved, *strokes[which + 1 :])
+            document = _with_strokes(context.document, changed)
+            context.preview(document)
+        return document
+
+
+def _drawn(context: Context, pointer: Pointer, role: str) -> Generator[None, Pointer, F64 | None]:
+    """Follow a stroke to its end; None when it was too short to be meant."""
+    path = [pointer.xy]
+    while pointer.kind != "release":
+        pointer = yield
+        path.append(pointer.xy)
+        context.draw(np.array(path), "source" if role == "source" else "target")
+    drawn = np.array(path)
+    return drawn if _extent(drawn) >= SHORTEST else None
+
+
+def _extent(path: F64) -> float:
+    """Longer side of the path's bounding box in px."""
+    return float(np.ptp(path, axis=0).max())
+
+
+def _inside(faces: I64, all_faces: I64, roi: I64) -> I64:
+    """Keep the faces whose three corners are in the region, in their order."""
+    inside = np.isin(all_faces[faces], roi, kind="table").all(axis=1)
+    return np.asarray(faces[inside])
+
+
+def _source(stroke: Stroke) -> Source:
+    return Source(stroke.anchors, stroke.view, stroke.closed, stroke.weights)
+
+
+def _stroke(source: Source, view: View, target: F64) -> Stroke:
+    return Stroke(source.anchors, view, target, source.closed, source.weights)
+
+
+def _with_strokes(document: Document, strokes: tuple[Stroke, ...]) -> Document:
+    return document.with_draft(replace(document.draft, source=None, strokes=strokes))
+
+
+def _lengths(curve: F64) -> F64:
+    """Arc length from the first point to each point of a curve (c, 2), (c,) px."""
+    steps = np.linalg.norm(np.diff(curve, axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _carried(start: F64, drawn: F64) -> F64:
+    """Return a target for a stroke that is still being drawn, (c, 2) px.
+
+    The part of the source as long as the path so far lies on the path; the rest is carried along
+    by the pen's tip. So nothing shrinks while the hand is on its way.
+    """
+    forward = np.linalg.norm(start[0] - drawn[0]) <= np.linalg.norm(start[-1] - drawn[0])
+    source = start if forward else start[::-1]
+    s = _lengths(source)
+    t = _lengths(drawn)
+    reached = s <= t[-1]
+    last = int(np.flatnonzero(reached)[-1])
+    target = source + (drawn[-1] - source[last])
+    for axis in (0, 1):
+        target[reached, axis] = np.interp(s[reached], t, drawn[:, axis])
+    return target if forward else np.ascontiguousarray(target[::-1])
+
+
+def _falloff(curve: F64, anchor: int, reach: float, closed: bool) -> F64:
+    """Share (c,) of a drag that each anchor takes: 1 at the grasp, falling to 0 at `reach`."""
+    s = _lengths(curve)
+    length = s[-1]
+    away = np.abs(s - s[anchor])
+    if closed:
+        length = length + float(np.linalg.norm(curve[-1] - curve[0]))
+        away = np.minimum(away, length - away)
+    fraction = np.clip(away / max(reach * length, 1e-9), 0.0, 1.0)
+    return np.asarray((1.0 - fraction**2) ** 2)
+
+
+def _held(context: Context, pointer: Pointer) -> tuple[int, int, F64] | None:
+    """Return (stroke, anchor, its curve (c, 2) px now) under the pointer, or None.
+
+    In the view that the stroke was drawn in, the curve is the target itself; in any other view
+    it is where the anchors are now, and adjusting it makes a stroke of that view.
+    """
+    best: tuple[float, int, int, F64] | None = None
+    for which, stroke in enumerate(context.document.draft.strokes):
+        if stroke.view == context.view:
+            curve = stroke.target
+        else:
+            curve = context.view.project(context.shown.vertices[stroke.anchors])
+        away = np.linalg.norm(curve - np.array(pointer.xy), axis=1)
+        anchor = int(away.argmin())
+        if away[anchor] <= GRAB and (best is None or away[anchor] < best[0]):
+            best = (float(away[anchor]), which, anchor, curve)
+    return None if best is None else best[1:]
