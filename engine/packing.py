@@ -236,8 +236,8 @@ class Unpacker:
 
     def mesh(self, key: Any) -> Mesh:
         """Return the mesh of a key; meshes with the same faces share them."""
+        entry = _entry(self._meshes, key, "surface")
         if key not in self._made:
-            entry = _entry(self._meshes, key, "surface")
             try:
                 self._made[key] = self._full(entry) if "faces" in entry else self._moved(entry)
             except (KeyError, TypeError, ValueError, IndexError) as error:
@@ -274,8 +274,8 @@ class Unpacker:
 
     def step(self, key: Any) -> Step:
         """Return the step of a key; one whose kind is not known is kept as it was written."""
+        entry = _entry(self._steps, key, "step")
         if key not in self._made:
-            entry = _entry(self._steps, key, "step")
             kind = entry.get("kind")
             data = self._lists_back(entry["data"]) if entry.get("apart") else entry.get("data")
             if not isinstance(kind, str) or not isinstance(data, dict):
