@@ -410,7 +410,8 @@ class Session(QObject):
 
         def failed(error: Exception) -> None:
             self._asked = None
-            self._refuse_region(document)
+            if key not in self._kept:
+                self._refuse_region(document)
             self.report(error)
 
         self.jobs.submit("decompose", work, done, failed, priority=5)

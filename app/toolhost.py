@@ -91,6 +91,7 @@ class ToolHost(QObject):
         self.cancel()
         self._active = name
         self._session.clear_problem()
+        self._show_live()
         self.tool_changed.emit()
 
     def available(self, name: str) -> bool:
@@ -110,6 +111,7 @@ class ToolHost(QObject):
     def set_options(self, name: str, options: Any) -> None:
         """Give a tool other options."""
         self._options[name] = options
+        self._show_live()
         self.tool_changed.emit()
 
     def options_of(self, name: str) -> Any:
@@ -124,6 +126,8 @@ class ToolHost(QObject):
         tool = self.active
         if tool is None or not tool.repeats or not self.available(self._active):
             self._hand_over()
+        elif tool.live and not self._session.rests_on_details:
+            self._show_live()
         self.tool_changed.emit()
 
     def _hand_over(self) -> None:
@@ -137,6 +141,22 @@ class ToolHost(QObject):
                 self._active = name
                 break
         self.tool_changed.emit()
+
+    def _show_live(self) -> None:
+        """Preview what Enter would do, for a tool that is set by its options alone."""
+        tool = self.active
+        if tool is None or not tool.live or not self.available(self._active):
+            self._session.end_preview()
+            return
+        try:
+            result = tool.enter(self)
+            if isinstance(result, Document | Step):
+                self._session.preview(result)
+        except EngineError as error:
+            self._session.report(error)
+        except Exception as error:
+            log.info("Tool %s raised", self._active, exc_info=True)
+            self._fail(tool, error)
 
     # ---- gestures
 
