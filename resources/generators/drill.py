@@ -12,11 +12,11 @@ from resources.generators.solids import box, bump, fade, smooth_union, turned
 Values = NDArray[np.float64]
 
 EDGE, HANDLE_EDGE = 1.65, 1.15
-TOP, FOOT = np.array([-20.0, 0.0, -12.0]), np.array([-42.0, 0.0, -142.0])
+TOP, FOOT = np.array([-20.0, 0.0, -12.0]), np.array([-43.5, 0.0, -151.0])
 DOWN = (FOOT - TOP) / np.linalg.norm(FOOT - TOP)
 FORWARD = np.array([-DOWN[2], 0.0, DOWN[0]])
 DEPTH, WIDTH = 24.0, 18.0  # half axes of the handle's section, mm
-FIRST, PITCH = 52.0, 19.0  # first finger groove below TOP, and their distance, mm
+FIRST, PITCH = 55.0, 19.0  # first finger groove below TOP, and their distance, mm
 GROOVE, BUMP, BUMP_RADIUS, SPACING = 4.6, 1.05, 2.75, 6.4
 
 
@@ -30,7 +30,7 @@ def handle(p: Points) -> Values:
     """Return the distance to the handle without grooves: an ellipse swept, with a palm swell."""
     down, forward, side = _grip(p)
     length = np.linalg.norm(FOOT - TOP)
-    swell = 1.0 + 0.10 * np.exp(-(((down - 78) / 34) ** 2))
+    swell = 1.0 + 0.10 * np.exp(-(((down - 82) / 36) ** 2))
     depth, width = DEPTH * np.where(forward < 0, swell, 1.0), WIDTH * swell
     first = np.hypot(forward / depth, side / width)
     second = np.hypot(forward / depth**2, side / width**2)
@@ -42,24 +42,26 @@ def barrel(p: Points) -> Values:
     """Return the distance to the motor and gear housing, clutch ring, chuck and bit."""
     x = p[:, 0]
     across = np.hypot(p[:, 1], p[:, 2])
-    square = (np.abs(p[:, 1]) ** 2.6 + np.abs(p[:, 2]) ** 2.6) ** (1 / 2.6)
+    # The section is squarish behind and becomes round towards the chuck.
+    m = 2.0 + 0.7 * fade(x, 74.0, 0.0)
+    square = (np.abs(p[:, 1]) ** m + np.abs(p[:, 2]) ** m) ** (1 / m)
     angle = np.arctan2(p[:, 1], p[:, 2])
-    motor = turned(x, square, -88.0, 40.0, 29.0, 31.0, 15.0)
-    gear = turned(x, across, 0.0, 76.0, 33.0, 25.5, 3.0)
-    shell = smooth_union(motor, gear, 5.0)
-    ring = turned(x, across - 0.55 * np.cos(24 * angle), 77.5, 93.0, 25.0, 24.0, 2.2)
-    sleeve = turned(x, across - 0.5 * np.cos(16 * angle), 95.5, 130.0, 21.5, 20.5, 2.4)
+    motor = turned(x, square, -88.0, 46.0, 28.5, 30.5, 14.0)
+    gear = turned(x, square, 24.0, 76.0, 33.0, 25.5, 2.6)
+    shell = smooth_union(motor, gear, 1.2)
+    ring = turned(x, across - 0.55 * np.cos(24 * angle), 79.0, 93.0, 25.2, 24.2, 2.2)
+    sleeve = turned(x, across - 0.5 * np.cos(16 * angle), 96.0, 130.0, 21.5, 20.5, 2.2)
     nose = turned(x, across, 126.0, 150.0, 21.0, 10.0, 1.8)
-    core = turned(x, across, 60.0, 126.0, 20.5, 18.5, 2.0)
+    core = turned(x, across, 60.0, 126.0, 23.0, 17.5, 2.0)
     bit = turned(x, across, 130.0, 186.0, 3.4, 3.4, 1.6)
     front = smooth_union(smooth_union(ring, sleeve, 0.8), smooth_union(nose, bit, 1.2), 1.2)
-    return smooth_union(smooth_union(shell, core, 1.0), front, 0.9)
+    return smooth_union(smooth_union(shell, core, 1.6), front, 1.4)
 
 
 def battery(p: Points) -> Values:
     """Return the distance to the battery foot with the seam around it."""
-    shoe = box(p, (-30.0, 0.0, -150.0), (47.0, 32.0, 13.0), 9.0)
-    pack = box(p, (-28.0, 0.0, -168.0), (50.0, 35.0, 16.0), 8.0)
+    shoe = box(p, (-31.0, 0.0, -159.0), (47.0, 32.0, 13.0), 9.0)
+    pack = box(p, (-29.0, 0.0, -177.0), (50.0, 35.0, 16.0), 8.0)
     return smooth_union(shoe, pack, 1.2)
 
 
@@ -122,12 +124,12 @@ def form(p: Points) -> Values:
 def on_handle(p: Points) -> NDArray[np.bool_]:
     """Return which points lie on the part of the handle that the fingers hold, (n,)."""
     down, forward, _ = _grip(p)
-    return (down > 40) & (down < 121) & (np.abs(forward) < 34)
+    return (down > 43) & (down < 125) & (np.abs(forward) < 34)
 
 
 def make() -> Sample:
     """Return the drill."""
-    lower, upper = np.array([-92.0, -38.0, -187.0]), np.array([190.0, 38.0, 36.0])
+    lower, upper = np.array([-92.0, -38.0, -196.0]), np.array([190.0, 38.0, 36.0])
     vertices, faces = mesh_form(form, lower, upper, 1.1, EDGE, fine=(on_handle, HANDLE_EDGE))
     foot = project(plain, vertices, 16)
     bump_height, vent_height = bumps(vertices), vents(vertices)

@@ -14,7 +14,7 @@ LENGTH, WIDTH = 300.0, 200.0
 FRAME = 26.0  # plain border, mm
 SAG = 18.0
 WAVELENGTH = 248.0 / 7
-WAVE = 5.2
+WAVE = 6.0
 EDGE = 2.0
 
 Values = NDArray[np.float64]
@@ -27,25 +27,35 @@ def arch(x: Values, y: Values) -> Values:
 
 def window(x: Values, y: Values) -> Values:
     """Return 1 on the interior and 0 on the frame."""
-    inset = np.minimum(LENGTH / 2 - np.abs(x), WIDTH / 2 - np.abs(y))
-    return fade(inset, FRAME, FRAME + 26.0)
+    ends = fade(LENGTH / 2 - np.abs(x), FRAME, FRAME + 20.0)
+    return ends * fade(WIDTH / 2 - np.abs(y), FRAME, FRAME + 44.0)
+
+
+def meander(y: Values) -> Values:
+    """Return how far the crests bend sideways along their course, mm."""
+    return 6.0 * np.sin(2 * np.pi * np.asarray(y) / 180.0)
 
 
 def waves(x: Values, y: Values) -> Values:
     """Return the height of the long waves."""
-    return WAVE * np.cos(2 * np.pi * x / WAVELENGTH) * window(x, y)
+    return WAVE * np.cos(2 * np.pi * (x - meander(y)) / WAVELENGTH) * window(x, y)
 
 
 def pearls(x: Values, y: Values) -> Values:
     """Return the height of the pearls; they shrink from trough to trough, left to right."""
     height = np.zeros_like(x)
     troughs = (np.arange(-3, 3) + 0.5) * WAVELENGTH
-    radii = np.array([9.0, 7.8, 6.8, 5.9, 5.1, 4.4])
+    radii = np.array([8.0, 7.2, 6.4, 5.6, 4.9, 4.2])
     for trough, radius in zip(troughs, radii, strict=True):
-        pitch = 2.25 * radius
+        pitch = 2.3 * radius
         nearest = pitch * np.round(y / pitch)
-        inside = np.abs(nearest) < WIDTH / 2 - FRAME - 12.0
-        height += inside * 0.55 * radius * bump(np.hypot(x - trough, y - nearest) / radius)
+        inside = np.abs(nearest) < WIDTH / 2 - FRAME - 24.0
+        height += (
+            inside
+            * 0.5
+            * radius
+            * bump(np.hypot(x - trough - meander(nearest), y - nearest) / radius)
+        )
     return height
 
 
@@ -88,7 +98,9 @@ def _scatter() -> Points:
     """Return points in the rectangle with no rows or columns, even along its outline."""
     half = np.array([LENGTH, WIDTH]) / 2
     columns, rows = int(LENGTH) + 1, int(WIDTH) + 1
-    x, y = np.meshgrid(np.linspace(-half[0], half[0], columns), np.linspace(-half[1], half[1], rows))
+    x, y = np.meshgrid(
+        np.linspace(-half[0], half[0], columns), np.linspace(-half[1], half[1], rows)
+    )
     points = np.column_stack([x.ravel(), y.ravel()])
     inside = (np.abs(points) < half - 1e-9).all(axis=1)
     points[inside] += np.random.default_rng(5).uniform(-0.4, 0.4, (inside.sum(), 2))

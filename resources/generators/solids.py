@@ -53,9 +53,12 @@ def turned(
     return outside + np.minimum(np.maximum(side, flat), 0.0) - rounding
 
 
-def bump(distance: Values) -> Values:
-    """Return a round hill: 1 at distance 0, 0 from distance 1 on, smooth (C2) everywhere."""
-    return np.maximum(1.0 - np.asarray(distance) ** 2, 0.0) ** 3
+def bump(distance: Values, power: float = 3.0) -> Values:
+    """Return a round hill: 1 at distance 0, 0 from distance 1 on.
+
+    Power 3 is smooth (C2) everywhere; power 2 is fuller and has a crisp outline (C1).
+    """
+    return np.maximum(1.0 - np.asarray(distance) ** 2, 0.0) ** power
 
 
 def fade(x: Values, start: float, end: float) -> Values:

@@ -13,7 +13,7 @@ from resources.generators.solids import fade, smooth_cut, smooth_union, turned
 Values = NDArray[np.float64]
 
 HALF_LENGTH = 200.0
-EDGE = 2.3
+EDGE, FEATURE_EDGE = 2.5, 1.75
 # Stations along the body from rear (-1) to front (1), continued past both ends.
 STATIONS = np.array([-1.2, -0.8, -0.4, 0.0, 0.35, 0.7, 1.2])
 HALF_WIDTH = CubicSpline(STATIONS, [62.0, 70.0, 82.0, 99.0, 111.0, 110.0, 88.0])
@@ -33,7 +33,9 @@ def _loft(p: Points) -> Values:
     # Rounder above than below: the exponent of the section changes softly with height.
     m = 2.9 - 0.5 * np.tanh(2 * rise)
     section = (across**m + np.abs(rise) ** m) ** (1 / m)
-    return (np.abs(p[:, 0] / HALF_LENGTH) ** 3.2 + section**3.2) ** (1 / 3.2) - 1
+    # Blunter behind than in front.
+    n = 2.9 - 0.4 * np.tanh(3 * along)
+    return (np.abs(p[:, 0] / HALF_LENGTH) ** n + section**n) ** (1 / n) - 1
 
 
 def body(p: Points) -> Values:
@@ -55,9 +57,9 @@ def grooves(p: Points) -> Values:
         centre = rear + (front - rear) * t + 9 * np.sin(np.pi * np.clip(t, 0, 1))
         lean = (front - rear) / 320 + 9 * np.pi / 320 * np.cos(np.pi * np.clip(t, 0, 1))
         away = np.abs(z - centre) / np.hypot(1, lean)
-        wide = 6.0 + 3.0 * np.clip(t, 0, 1)
+        wide = 7.5 + 3.0 * np.clip(t, 0, 1)
         ends = fade(x, -150 + 22 * number, -105 + 22 * number) * fade(x, 160, 125)
-        depth += 3.8 * ends * (1 - fade(away / wide, 0.15, 1.0))
+        depth += 3.4 * ends * (1 - fade(away / wide, 0.05, 1.0))
     return -depth * fade(np.abs(p[:, 1]), 15.0, 30.0)
 
 
@@ -77,9 +79,9 @@ def cap(p: Points) -> Values:
     flat = off - rise[:, None] * UP
     across = np.linalg.norm(flat, axis=1)
     angle = np.arctan2(flat[:, 1], flat[:, 0])
-    flange = turned(rise, across, -12.0, 3.8, 36.0, 33.0, 2.4)
-    fluted = across - 0.9 * np.cos(12 * angle) * fade(across, 10.0, 22.0)
-    dome = turned(rise + 0.003 * across**2, fluted, -10.0, 14.5, 26.0, 24.0, 3.6)
+    flange = turned(rise, across, -12.0, 4.4, 38.0, 34.5, 2.4)
+    fluted = across - 1.1 * np.cos(12 * angle) * fade(across, 10.0, 22.0)
+    dome = turned(rise + 0.003 * across**2, fluted, -10.0, 16.5, 27.0, 25.0, 3.6)
     return smooth_union(flange, dome, 2.0)
 
 
@@ -88,10 +90,15 @@ def form(p: Points) -> Values:
     return smooth_union(body(p) - grooves(p), cap(p), 2.5)
 
 
+def _fine(p: Points) -> NDArray[np.bool_]:
+    """Return which points need the shorter edges: grooves and cap, (n,)."""
+    return (grooves(p) < -0.05) | (np.linalg.norm(p - SEAT, axis=1) < 44)
+
+
 def make() -> Sample:
     """Return the tank."""
     lower, upper = np.array([-206.0, -118.0, -8.0]), np.array([206.0, 118.0, 192.0])
-    vertices, faces = mesh_form(form, lower, upper, 2.0, EDGE)
+    vertices, faces = mesh_form(form, lower, upper, 2.0, EDGE, fine=(_fine, FEATURE_EDGE))
     plain = project(body, vertices, steps=16)
     height = heights(body, vertices, plain)
     parts = {"grooves": np.minimum(height, 0.0), "cap": np.maximum(height, 0.0)}

@@ -14,15 +14,17 @@ from resources.generators.solids import bump
 # Radius and height of the turned outline, from the middle of the underside to the well's bottom.
 OUTLINE = np.array(
     [
-        (0.0, 3.2), (14.0, 2.9), (22.0, 1.4), (27.0, 0.1), (30.8, 1.5), (31.0, 5.0), (27.2, 10.5),
-        (23.6, 18.0), (25.4, 28.0), (34.5, 46.0), (46.0, 68.0), (54.2, 92.0), (55.0, 114.0),
-        (46.5, 136.0), (31.5, 154.0), (20.8, 170.0), (16.6, 187.0), (19.0, 204.0), (27.0, 215.2),
-        (33.4, 218.6), (36.0, 221.3), (33.6, 223.4), (28.4, 221.4), (19.6, 213.0), (13.6, 200.0),
-        (12.2, 186.0), (12.0, 170.0), (9.0, 160.0), (0.0, 156.5),
+        (0.0, 3.2), (14.0, 2.9), (21.0, 1.4), (25.5, 0.1), (29.0, 1.4), (29.2, 4.6), (25.6, 10.0),
+        (21.6, 18.0), (22.6, 28.0), (30.5, 45.0), (42.5, 68.0), (51.6, 92.0), (53.4, 113.0),
+        (46.6, 134.0), (33.0, 152.0), (21.6, 169.0), (15.8, 187.0), (16.2, 204.0), (22.5, 217.0),
+        (28.0, 220.8), (30.6, 223.6), (28.4, 225.8), (23.6, 223.6), (16.6, 215.0), (12.2, 203.0),
+        (11.2, 187.0), (11.0, 172.0), (8.2, 162.5), (0.0, 159.0),
     ]
 )  # fmt: skip
-AROUND = 22
-FIRST_ROW = 36.0  # height of the lowest row, mm
+AROUND = 20
+ROW_COUNT = 13
+TWIST = 0.125  # how far each row is turned against the one below, beside the half pitch
+FIRST_ROW = 37.0  # height of the lowest row, mm
 EDGE = 1.6
 
 
@@ -83,7 +85,6 @@ def _rows() -> tuple[NDArray[np.float64], PchipInterpolator]:
 
 
 _, ROW_NUMBER = _rows()
-ROW_COUNT = 13
 
 
 def studs(p: Points) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -96,10 +97,10 @@ def studs(p: Points) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     bumps, dimples = np.zeros(len(p)), np.zeros(len(p))
     pitch = 2 * np.pi / AROUND * radius
     for row in range(ROW_COUNT):
-        shift = 0.5 * (row // 2 % 2) if row % 2 == 0 else 0.5 * ((row // 2 + 1) % 2)
+        shift = (0.5 + TWIST) * row
         across = turn - shift - np.round(turn - shift)
-        away = np.hypot(across, (number - row) * 0.84) / 0.46
-        height = 0.17 * pitch * bump(away) * outside
+        away = np.hypot(across, (number - row) * 0.84) / 0.45
+        height = 0.165 * pitch * bump(away, 2.0) * outside
         if row % 2 == 0:
             bumps += height
         else:
@@ -115,7 +116,7 @@ def form(p: Points) -> NDArray[np.float64]:
 def make() -> Sample:
     """Return the vase."""
     vertices, faces = mesh_form(
-        form, np.array([-66.0, -66.0, -3.0]), np.array([66.0, 66.0, 227.0]), 1.6, EDGE
+        form, np.array([-66.0, -66.0, -3.0]), np.array([66.0, 66.0, 229.0]), 1.6, EDGE
     )
     plain = project(FORM.distance, vertices)
     bumps, dimples = studs(vertices)
@@ -123,5 +124,5 @@ def make() -> Sample:
         vertices[:, 2],
         ROW_NUMBER(np.clip(FORM.nearest(vertices), 0, ROW_NUMBER.x[-1])),
     )
-    front = (vertices[:, 0] > 8) & (height > 44) & (height < 142) & (number > 0)
+    front = (vertices[:, 0] > 8) & (height > 44) & (height < 140) & (number > 0)
     return Sample(vertices, faces, plain, {"bumps": bumps, "dimples": dimples}, front)
