@@ -92,7 +92,7 @@ class Hands(QObject):
         self._space = False
         self._touch = None
 
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Take the events that are ours; everything else goes on its way."""
         handle = self._handlers.get(event.type())
         return bool(handle(self, event)) if handle is not None else False

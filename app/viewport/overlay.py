@@ -166,7 +166,7 @@ class Overlay(QWidget):
         box = QRectF(QPointF(*low), QPointF(*high)).adjusted(-_REACH, -_REACH, _REACH, _REACH)
         self.update(box.toAlignedRect())
 
-    def paintEvent(self, event: Any) -> None:  # noqa: N802
+    def paintEvent(self, event: Any) -> None:
         """Paint what lies in the part that changed."""
         self.paints += 1
         painter = QPainter(self)
@@ -288,7 +288,7 @@ class Overlay(QWidget):
                 QRectF(bar.right() + 11, y - 9, 70, 18), Qt.AlignmentFlag.AlignVCenter, text
             )
 
-    def sizeHint(self) -> QSize:  # noqa: N802
+    def sizeHint(self) -> QSize:
         """The overlay is as large as the viewport."""
         parent = self.parentWidget()
         return parent.size() if parent is not None else QSize(1, 1)

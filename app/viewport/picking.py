@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QImage, QPainter, QPolygonF
 
+from app.viewport.visibility import facing, touched, visible
 from engine.arrays import B1, F64, I64
 from engine.view import View
 from plugins.api import Hit
@@ -48,7 +49,6 @@ class Sight:
     view : the camera, in logical pixels.
     scale : device pixels in one logical pixel.
     vertices : (n, 3) positions in the units of `view`.
-    normals : (n, 3) unit normals.
     faces : (f, 3).
     """
 
@@ -56,7 +56,6 @@ class Sight:
     view: View
     scale: float
     vertices: NDArray[Any]
-    normals: NDArray[Any]
     faces: I64
 
     @cached_property
@@ -101,67 +100,15 @@ class Sight:
         candidates = candidates[mask[pixel[:, 1], pixel[:, 0]]]
         return candidates if through else candidates[self._visible(candidates)]
 
-    def _visible(self, candidates: I64) -> B1:
-        """Whether each candidate is seen: a triangle at it is, or it is not behind what is seen.
-
-        Hidden vertices just behind a silhouette lie at the depth of what is seen around them; their
-        normals point away and give them away.
-        """
-        height, width = self.ids.shape
-        place = self.screen[candidates]
-        px, py = place[:, 0].astype(np.int64), place[:, 1].astype(np.int64)
-        seen = np.zeros(len(candidates), dtype=bool)
-        for dx, dy in ((0, 0), (1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)):
-            left = np.flatnonzero(~seen)
-            qx, qy = px[left] + dx, py[left] + dy
-            there = (qx >= 0) & (qx < width) & (qy >= 0) & (qy < height)
-            left, qx, qy = left[there], qx[there], qy[there]
-            face = self.ids[qy, qx]
-            left, face = left[face >= 0], face[face >= 0]
-            corners = self.faces[face]
-            own = (corners == candidates[left, None]).any(axis=1)
-            front = self._on_plane(place[left], corners, dx == 0 and dy == 0)
-            facing = self._turned_alike(candidates[left], face)
-            seen[left[own | (front & facing)]] = True
-        return seen
-
-    def _on_plane(self, place: NDArray[Any], corners: I64, centre: bool) -> B1:
-        """Whether each place is not behind the plane of the triangle `corners` seen near it."""
-        a, b, c = (self.screen[corners[:, k]] for k in range(3))
-        normal = np.cross(b - a, c - a)
-        flat = np.abs(normal[:, 2]) > 1e-12
-        slope = np.where(flat, normal[:, 2], 1.0)
-        depth = a[:, 2] - ((place[:, :2] - a[:, :2]) * normal[:, :2]).sum(axis=1) / slope
-        most = np.maximum(np.maximum(a[:, 2], b[:, 2]), c[:, 2])
-        least = np.minimum(np.minimum(a[:, 2], b[:, 2]), c[:, 2])
-        # Outside its triangle a steep plane runs away; what is seen lies within its corners' depths.
-        limit = np.clip(np.where(flat, depth, most), least, most)
-        return np.asarray(place[:, 2] <= limit + 1e-6)
-
-    def _turned_alike(self, vertices: I64, face: NDArray[Any]) -> B1:
-        """Whether each vertex's normal faces the eye as the triangle seen at its pixel does."""
-        toward = self._toward_eye(self.vertices[vertices])
-        vertex_side = (self.normals[vertices] * toward).sum(axis=1)
-        a, b, c = (self.screen[self.faces[face, k], :2] for k in range(3))
-        area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-        # y runs down, so a triangle seen from outside has a negative area.
-        return np.asarray(vertex_side * np.where(area <= 0, 1.0, -1.0) > 0.0)
-
     @cached_property
-    def eye(self) -> F64 | None:
-        """The eye's position (3,), or None when the view is orthographic."""
-        w = self.view.matrix[3]
-        if np.linalg.norm(w[:3]) <= 1e-12 * abs(w[3]):
-            return None
-        m = self.view.matrix[[0, 1, 3]]
-        return np.linalg.solve(m[:, :3], -m[:, 3])
+    def _sides(self) -> tuple[B1, B1]:
+        """Which vertices have a triangle seen from outside, and which one seen from inside."""
+        outside = facing(self.screen, self.faces)
+        n = len(self.vertices)
+        return touched(self.faces, outside, n), touched(self.faces, ~outside, n)
 
-    def _toward_eye(self, points: NDArray[Any]) -> F64:
-        if self.eye is not None:
-            return np.asarray(self.eye - points)
-        rows = self.view.matrix[:2, :3]
-        forward = np.cross(rows[0], rows[1])
-        return np.broadcast_to(forward / np.linalg.norm(forward), points.shape)
+    def _visible(self, candidates: I64) -> B1:
+        return visible(candidates, self.ids, self.screen, self.faces, *self._sides)
 
     def face_at(self, x: float, y: float) -> int:
         """Return the id of the triangle seen at a logical pixel, or -1."""

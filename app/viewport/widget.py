@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from PySide6.QtCore import QElapsedTimer, QEvent, QPointF, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QElapsedTimer, QEvent, QSize, Qt, QTimer, Signal
 from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QComboBox, QLineEdit, QWidget
 from pyvistaqt import QtInteractor
 from vtkmodules.vtkCommonCore import vtkFloatArray
@@ -104,7 +104,7 @@ class Viewport(QtInteractor):
         self._rendered = True
         self.update()
 
-    def paintGL(self) -> None:  # noqa: N802
+    def paintGL(self) -> None:
         """Render the scene, once."""
         window = self._RenderWindow
         interactor = window.GetInteractor() if window is not None else None
@@ -121,7 +121,7 @@ class Viewport(QtInteractor):
         if self.scene.surface is not None and self.scene.surface.actor.GetVisibility():
             self._full_frame_ms = self.frame_ms
 
-    def initializeGL(self) -> None:  # noqa: N802
+    def initializeGL(self) -> None:
         """Prepare OpenGL: many samples on a graphics card, a cheap filter on a processor."""
         super().initializeGL()
         name = str(self.context().functions().glGetString(0x1F01) or "").lower()
@@ -129,7 +129,7 @@ class Viewport(QtInteractor):
         self.render_window.SetMultiSamples(0 if self._software else 8)
         self.renderer.SetUseFXAA(self._software)
 
-    def resizeGL(self, width: int, height: int) -> None:  # noqa: N802
+    def resizeGL(self, width: int, height: int) -> None:
         """Follow the widget's size."""
         super().resizeGL(width, height)
         self.overlay.setGeometry(self.rect())
@@ -287,7 +287,6 @@ class Viewport(QtInteractor):
             view,
             self.devicePixelRatioF(),
             self._vertices.copy(),
-            surface.normals.copy(),
             self._form.faces,
         )
         self._sight = (key, sight)
@@ -523,30 +522,30 @@ class Viewport(QtInteractor):
 
     # Qt events that are not the hands'
 
-    def enterEvent(self, event: Any) -> None:  # noqa: N802
+    def enterEvent(self, event: Any) -> None:
         """Take the keys when the pointer comes, unless somebody is typing."""
         if not isinstance(QApplication.focusWidget(), _TYPED_INTO):
             self.setFocus(Qt.FocusReason.MouseFocusReason)
         event.accept()
 
-    def leaveEvent(self, event: Any) -> None:  # noqa: N802
+    def leaveEvent(self, event: Any) -> None:
         """Hide the brush when the pointer leaves."""
         self.overlay.set_brush(None)
         event.accept()
 
-    def keyPressEvent(self, event: Any) -> None:  # noqa: N802
+    def keyPressEvent(self, event: Any) -> None:
         """Leave the key to the window: VTK's own keys would close it."""
         event.ignore()
 
-    def keyReleaseEvent(self, event: Any) -> None:  # noqa: N802
+    def keyReleaseEvent(self, event: Any) -> None:
         """Leave the key to the window."""
         event.ignore()
 
-    def dragEnterEvent(self, event: Any) -> None:  # noqa: N802
+    def dragEnterEvent(self, event: Any) -> None:
         """Leave files to the window."""
         event.ignore()
 
-    def dropEvent(self, event: Any) -> None:  # noqa: N802
+    def dropEvent(self, event: Any) -> None:
         """Leave files to the window."""
         event.ignore()
 
@@ -556,7 +555,7 @@ class Viewport(QtInteractor):
             event.accept()
         return bool(super().event(event))
 
-    def sizeHint(self) -> QSize:  # noqa: N802
+    def sizeHint(self) -> QSize:
         """A canvas wants room."""
         return QSize(960, 720)
 

@@ -1,0 +1,155 @@
+"""Which vertices are seen, from an image of the triangles that are seen.
+
+Most are settled by the few triangles seen around their pixel. Along silhouettes and folds, where that
+image is too coarse, the triangles that could lie in front are looked up and tested exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from engine.arrays import B1, F64, I64
+
+_AROUND = [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)]
+_SMALL = 3.0  # px: triangles within this of their middle may be missing in the image
+_HAIR = 1e-9
+
+
+def facing(screen: F64, faces: I64) -> B1:
+    """Return which triangles are seen from outside, (f,); y runs down on screen."""
+    a, b, c = (screen[faces[:, k], :2] for k in range(3))
+    return np.asarray(_cross(b - a, c - a) < 0)
+
+
+def touched(faces: I64, chosen: B1, n: int) -> B1:
+    """Return which of `n` vertices belong to a chosen triangle."""
+    mask = np.zeros(n, dtype=bool)
+    mask[faces[chosen].ravel()] = True
+    return mask
+
+
+def visible(
+    candidates: I64, ids: NDArray[np.int32], screen: F64, faces: I64, front: B1, back: B1
+) -> B1:
+    """Return which of `candidates` are seen, (k,).
+
+    Parameters
+    ----------
+    candidates : (k,) vertex ids, all within the picture.
+    ids : (h, w) the triangle seen at each pixel, -1 for none, row 0 on top.
+    screen : (n, 3) pixels x, y and depth of all vertices.
+    front, back : (n,) whether a vertex has a triangle seen from outside, or from inside.
+    """
+    place = screen[candidates]
+    count = len(candidates)
+    covered = np.zeros(count, dtype=bool)
+    own = np.zeros(count, dtype=bool)
+    plain = np.zeros(count, dtype=bool)
+    nearest, farthest = np.full(count, np.inf), np.full(count, -np.inf)
+    slack = np.zeros(count)
+    open_sky = np.zeros(count, dtype=bool)
+    for centre, there, seen in _seen_around(place, ids):
+        open_sky |= ~there
+        k = np.flatnonzero(there)
+        corners = faces[seen[k]]
+        is_own = (corners == candidates[k, None]).any(axis=1)
+        depth, spread, slope = _plane(place[k], screen, corners)
+        covered[k] |= ~is_own & _contains(place[k], screen, corners)
+        own[k] |= is_own
+        nearest[k] = np.minimum(nearest[k], depth)
+        farthest[k] = np.maximum(farthest[k], depth)
+        slack[k] = np.maximum(slack[k], spread + 0.5 * slope)
+        if centre:
+            outside = facing(screen, corners)
+            turned = np.where(outside, front[candidates[k]], back[candidates[k]])
+            plain[k] = is_own | ((place[k, 2] <= depth + spread + 0.3 * slope + _HAIR) & turned)
+    fold = open_sky | (farthest - nearest > 2 * slack)
+    result = plain & ~covered
+    unsure = np.flatnonzero(
+        fold & ~covered & (open_sky | own | (place[:, 2] <= farthest + 2 * slack + _HAIR))
+    )
+    result[unsure] = ~_hidden(candidates[unsure], screen, faces)
+    return result
+
+
+def _seen_around(
+    place: F64, ids: NDArray[np.int32]
+) -> Iterator[tuple[bool, B1, NDArray[np.int32]]]:
+    """Yield for each of nine pixels: whether it is the middle one, where something is seen, what."""
+    height, width = ids.shape
+    px, py = place[:, 0].astype(np.int64), place[:, 1].astype(np.int64)
+    for dx, dy in _AROUND:
+        seen = ids[np.clip(py + dy, 0, height - 1), np.clip(px + dx, 0, width - 1)]
+        yield dx == 0 and dy == 0, seen >= 0, seen
+
+
+def _cross(u: F64, v: F64) -> F64:
+    return np.asarray(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+
+
+def _plane(place: F64, screen: F64, corners: I64) -> tuple[F64, F64, F64]:
+    """Return the depth of triangles' planes at `place`, their spread of depth, and slope per pixel.
+
+    Outside its triangle a steep plane runs away; it is held within a few times its corners' spread.
+    """
+    a, b, c = (screen[corners[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    upright = np.where(np.abs(normal[:, 2]) > 1e-12, normal[:, 2], 1e-12)
+    depth = a[:, 2] - ((place[:, :2] - a[:, :2]) * normal[:, :2]).sum(axis=1) / upright
+    most = np.maximum(np.maximum(a[:, 2], b[:, 2]), c[:, 2])
+    least = np.minimum(np.minimum(a[:, 2], b[:, 2]), c[:, 2])
+    spread = most - least
+    slope = np.minimum(np.hypot(normal[:, 0], normal[:, 1]) / np.abs(upright), 8 * spread)
+    return np.clip(depth, least - 4 * spread, most + 4 * spread), spread, slope
+
+
+def _contains(place: F64, screen: F64, corners: I64) -> B1:
+    """Whether each triangle covers `place` on screen and lies in front of it."""
+    a, b, c = (screen[corners[:, k]] for k in range(3))
+    q = place[:, :2]
+    weights = np.stack(
+        [
+            _cross(c[:, :2] - b[:, :2], q - b[:, :2]),
+            _cross(a[:, :2] - c[:, :2], q - c[:, :2]),
+            _cross(b[:, :2] - a[:, :2], q - a[:, :2]),
+        ],
+        axis=1,
+    )
+    total = weights.sum(axis=1)
+    share = weights / np.where(total == 0, 1e-30, total)[:, None]
+    depth = share[:, 0] * a[:, 2] + share[:, 1] * b[:, 2] + share[:, 2] * c[:, 2]
+    inside = (share > -_HAIR).all(axis=1) & (total != 0)
+    return np.asarray(inside & (depth < place[:, 2] - _HAIR))
+
+
+def _hidden(vertices: I64, screen: F64, faces: I64) -> B1:
+    """Whether each vertex lies behind a small triangle near it that is not its own."""
+    hidden = np.zeros(len(vertices), dtype=bool)
+    if len(vertices) == 0:
+        return hidden
+    place = screen[vertices]
+    low = np.nanmin(place[:, :2], axis=0) - _SMALL
+    size = np.ceil((np.nanmax(place[:, :2], axis=0) + _SMALL - low) / _SMALL).astype(int) + 2
+    near = np.zeros(size[::-1], dtype=bool)
+    at = ((place[:, :2] - low) / _SMALL).astype(int)
+    for dx, dy in _AROUND:
+        near[np.clip(at[:, 1] + dy, 0, size[1] - 1), np.clip(at[:, 0] + dx, 0, size[0] - 1)] = True
+    middle = screen[faces, :2].mean(axis=1)
+    cell = (middle - low) / _SMALL
+    inside = np.flatnonzero((cell >= 0).all(axis=1) & (cell < size).all(axis=1))
+    there = cell[inside].astype(int)
+    some = inside[near[there[:, 1], there[:, 0]]]
+    if len(some) == 0:
+        return hidden
+    pairs = cKDTree(place[:, :2]).sparse_distance_matrix(
+        cKDTree(middle[some]), _SMALL, output_type="coo_matrix"
+    )
+    row, face = pairs.row, faces[some[pairs.col]]
+    foreign = ~(face == vertices[row, None]).any(axis=1)
+    row, face = row[foreign], face[foreign]
+    hidden[row[_contains(place[row], screen, face)]] = True
+    return hidden
