@@ -1,4 +1,4 @@
-"""Decomposition: base shape and modes of a region, its surface at k modes, level to k (Eqs. 11-16)."""
+"""Decomposition: base shape, modes, surface at k modes, level to k (Eqs. 11-16)."""
 
 from __future__ import annotations
 
@@ -121,7 +121,11 @@ class Decomposition:
 
 
 def decompose_stream(
-    mesh: Mesh, roi: ArrayLike, modes: int | None = None, rim: Rim = "smooth", run: Run | None = None
+    mesh: Mesh,
+    roi: ArrayLike,
+    modes: int | None = None,
+    rim: Rim = "smooth",
+    run: Run | None = None,
 ) -> Iterator[Decomposition]:
     """Yield the decomposition with the base and no modes first, then with more and more modes.
 
@@ -174,7 +178,11 @@ def decompose_stream(
 
 
 def decompose(
-    mesh: Mesh, roi: ArrayLike, modes: int | None = None, rim: Rim = "smooth", run: Run | None = None
+    mesh: Mesh,
+    roi: ArrayLike,
+    modes: int | None = None,
+    rim: Rim = "smooth",
+    run: Run | None = None,
 ) -> Decomposition:
     """Return the last item of `decompose_stream`: the base shape and all modes wanted."""
     *_, last = decompose_stream(mesh, roi, modes, rim, run)

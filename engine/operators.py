@@ -79,7 +79,9 @@ def areas(x: F64, faces: I64) -> F64:
         axis=1,
     )
     part = squared * cot / 8
-    voronoi = np.stack([part[:, 1] + part[:, 2], part[:, 2] + part[:, 0], part[:, 0] + part[:, 1]], 1)
+    voronoi = np.stack(
+        [part[:, 1] + part[:, 2], part[:, 2] + part[:, 0], part[:, 0] + part[:, 1]], 1
+    )
     obtuse = cot < 0
     mixed = np.where(obtuse, double[:, None] / 4, double[:, None] / 8)
     share = np.where(obtuse.any(axis=1)[:, None], mixed, voronoi)

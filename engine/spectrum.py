@@ -1,4 +1,7 @@
-"""Mode shapes: K phi = lambda M phi with phi = 0 on the rim, in bands of ascending lambda."""
+"""Mode shapes: K phi = lambda M phi with phi = 0 on the rim, in bands of ascending lambda.
+
+A small region is solved densely; a larger one is cut into bands (see `engine.slicing`).
+"""
 
 from __future__ import annotations
 
@@ -6,12 +9,15 @@ from collections.abc import Iterator
 
 import numpy as np
 import scipy.sparse as sp
-import scipy.sparse.linalg as spla
 
 from engine.arrays import F64
+from engine.errors import EngineError
 from engine.run import Run
+from engine.slicing import sliced
+from engine.threads import while_polling
 
 DENSE_LIMIT = 1500
+DENSE_LARGEST = 8000
 
 
 def bands(
@@ -27,25 +33,39 @@ def bands(
 
     Notes
     -----
-    Modes are M-orthonormal, each with its largest entry (the first of them) positive.
+    Modes are M-orthonormal, each with its largest entry positive. The bands do not depend on
+    `modes`, so that the first modes are the same to the last bit however many follow.
 
     Source: Orbay et al. 2012, Section 5.1.2; Dirichlet at the rim.
     """
     run = run or Run()
+    m = len(areas)
     root = np.sqrt(areas)
     d = sp.diags_array(1 / root)
     s = sp.csr_array(d @ stiffness @ d)
-    if len(areas) <= DENSE_LIMIT:
-        values, vectors = np.linalg.eigh(s.toarray())
-    else:
-        v0 = np.ones(len(areas))
-        values, vectors = spla.eigsh(sp.csc_array(s), min(modes, len(areas) - 1), sigma=0, v0=v0)
-    order = np.argsort(values, kind="stable")[:modes]
-    phi = np.asfortranarray(vectors[:, order] / root[:, None])
-    yield values[order], signed(phi)
+    few = m > DENSE_LIMIT and modes <= m // 4
+    if not few and m > DENSE_LARGEST:
+        raise EngineError(
+            f"{modes} modes of {m} vertices are out of reach. Ask for at most {m // 4}."
+        )
+    done = 0
+    for values, rows in sliced(s, float(areas.sum()), run) if few else whole(s, run):
+        b = min(len(values), modes - done)
+        if b > 0:
+            yield values[:b], _as_modes(rows[:b], root)
+        done += b
+        if done >= modes:
+            return
 
 
-def signed(phi: F64) -> F64:
-    """Return the modes with the sign that makes the largest entry of each positive."""
-    largest = phi[np.abs(phi).argmax(axis=0), np.arange(phi.shape[1])]
-    return np.asfortranarray(phi * np.where(largest < 0, -1.0, 1.0))
+def whole(s: sp.csr_array, run: Run) -> Iterator[tuple[F64, F64]]:
+    """Yield all eigenpairs of S at once by a dense solver; vectors are rows."""
+    values, vectors = while_polling(run, lambda: np.linalg.eigh(s.toarray()))
+    yield values, vectors.T
+
+
+def _as_modes(rows: F64, root: F64) -> F64:
+    """Return unit rows of S as M-orthonormal columns with the largest entry positive."""
+    peak = rows[np.arange(len(rows)), np.abs(rows).argmax(axis=1)]
+    scaled = rows * np.where(peak < 0, -1.0, 1.0)[:, None] / root
+    return np.asarray(scaled.T)
