@@ -23,6 +23,7 @@ from engine.operators import cotangent_stiffness, mean_curvature, vertex_areas
 from engine.prepared import EditResult, PreparedEdit
 from engine.recipe import Kinds, Recipe, Step, UnknownStep, replay
 from engine.region import Region
+from engine.remesh import remesh
 from engine.run import Memo, Run
 from engine.sketch import resample_target, source_curve, tidy_stroke
 from engine.solve import Factor, factorise

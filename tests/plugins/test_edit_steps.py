@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from engine import Mesh, Step, vertex_areas
+from engine import Mesh, MeshError, Step, vertex_areas
 from plugins.equaliser import EqualiserStep
 from plugins.inflate import InflateStep
 from plugins.registry import find_steps, find_tools
+from plugins.remesh import RemeshStep
 from plugins.smooth import SmoothStep
 
 
@@ -109,6 +110,26 @@ def test_inflating_lifts_the_middle_by_the_distance(wavy: Mesh, roi: np.ndarray)
     assert 2.9 < move.max() <= 3.0 + 1e-12
     rim = np.flatnonzero(wavy.topology.adjacency @ np.isin(np.arange(wavy.n), roi, invert=True))
     assert move[np.intersect1d(rim, roi)].max() < 0.1 * 3.0
+
+
+def test_remeshing_evens_the_triangles_and_keeps_everything_outside(
+    wavy: Mesh, roi: np.ndarray
+) -> None:
+    changed = RemeshStep(roi, 1.0).apply(wavy)
+    outside = np.setdiff1d(np.arange(wavy.n), roi)
+    kept = {row.tobytes() for row in changed.vertices}
+    assert all(row.tobytes() in kept for row in wavy.vertices[outside])
+    assert changed.n > 1.3 * wavy.n
+    assert (changed.topology.edge_face_counts <= 2).all()
+    border = changed.topology.border_vertices.sum()
+    assert border == wavy.topology.border_vertices.sum()
+
+
+def test_remeshing_refuses_absurd_lengths(wavy: Mesh, roi: np.ndarray) -> None:
+    with pytest.raises(MeshError, match="Choose one above"):
+        RemeshStep(roi, 1e-6).apply(wavy)
+    with pytest.raises(MeshError, match="too thin"):
+        RemeshStep(roi[:5], 1.0).apply(wavy)
 
 
 def test_every_edit_tool_has_its_step_found(roi: np.ndarray) -> None:
