@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import traceback
 from collections.abc import Callable
 from typing import Any, BinaryIO
 
@@ -33,21 +34,42 @@ def main() -> None:
 def _serve(job: dict[str, Any], arrays: Arrays, outgoing: BinaryIO) -> None:
     from engine.files.exporting import export_mesh
     from engine.files.importing import import_file
-    from engine.files.tidying import tidy_mesh
+    from engine.files.remeshing import remesh_part
 
     def tick(fraction: float, text: str) -> None:
         send(outgoing, {"fraction": fraction, "text": text})
 
-    jobs = {"import": import_file, "export": export_mesh, "tidy": tidy_mesh}
+    jobs = {"import": import_file, "export": export_mesh, "remesh": remesh_part}
     try:
         answer, found = jobs[job["job"]](job, arrays, tick)
     except EngineError as error:
         send(outgoing, {"error": str(error), "kind": type(error).__name__})
         return
     except MemoryError:
-        # What the native code allocated may be gone for good: start afresh.
-        os._exit(3)
+        send(outgoing, {"error": _too_large(job["name"]), "kind": "FileError"})
+        # What native code had allocated is gone for good after this: start afresh.
+        os._exit(0)
+    except Exception as error:
+        # A flaw of our own must cost a sentence too, and not the warm process.
+        traceback.print_exc()
+        send(outgoing, {"error": _unexpected(job, error), "kind": "FileError"})
+        return
     send(outgoing, answer, found)
+
+
+def _unexpected(job: dict[str, Any], error: Exception) -> str:
+    what = "could not be read" if job["job"] == "import" else "was not saved"
+    return (
+        f"“{job['name']}” {what}: something in it was not foreseen ({type(error).__name__}). "
+        "Save it in another format, and please report this."
+    )
+
+
+def _too_large(name: str) -> str:
+    return (
+        f"“{name}” needs more than {limits.MEMORY / 2**30:.0f} GiB of memory, the most that is used. "
+        "Save it with fewer faces, or as binary PLY."
+    )
 
 
 def _private_pipes() -> tuple[BinaryIO, BinaryIO]:
