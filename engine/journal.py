@@ -31,7 +31,7 @@ from engine.packing import (
     redo_links,
 )
 from engine.recipe import Kinds
-from engine.records import append_record, read_records
+from engine.records import DAMAGED, append_record, read_records
 from engine.whole import sync_folder, write_failure
 
 ENDING = ".journal"
@@ -72,6 +72,13 @@ class Journal:
             self._file: BinaryIO = self.path.open("xb", buffering=0)
         except OSError as error:
             raise write_failure(self.path, error) from error
+        try:
+            self._start_file()
+        except EngineError:
+            self._file.close()
+            raise
+
+    def _start_file(self) -> None:
         # Another program that looks for journals right now may hold an empty file for an instant.
         for _attempt in range(50):
             if try_lock(self._file) is not False:
@@ -107,10 +114,13 @@ class Journal:
         self._whole_size = self._whole_size or self._file.tell()
 
     def _append_state(self, state: HistoryState, changed: list[Moment], gone: list[int]) -> None:
+        # One record each, so that damage to one costs that moment only.
+        for moment in changed:
+            self._append({"event": "moment", "moment": self._packer.moment(moment)})
         self._append(
             {
                 "event": "state",
-                "moments": [self._packer.moment(moment) for moment in changed],
+                "changed": [moment.id for moment in changed],
                 "gone": gone,
                 "current": state.current_id,
                 "redo": {str(parent): child for parent, child in state.redo.items()},
@@ -138,11 +148,17 @@ class Journal:
         self._file.close()
         self.path.unlink(missing_ok=True)
 
+    def abandon(self) -> None:
+        """Let go of a file that could not be written to; the next start finds what it holds."""
+        self._file.close()
+
     def keep(self, why: Why) -> None:
         """End the journal and keep its file for the next start."""
-        self._append({"event": "closed", "why": why})
-        self.sync()
-        self._file.close()
+        try:
+            self._append({"event": "closed", "why": why})
+            self.sync()
+        finally:
+            self._file.close()
 
     def _store(self, _key: str, array: NDArray[Any]) -> None:
         self._record(_ARRAY, npy_header(array) + array.tobytes())
@@ -261,6 +277,7 @@ class _Reading:
         self.arrays: dict[str, NDArray[Any]] = {}
         self.tables: dict[str, dict[str, Any]] = {"meshes": {}, "steps": {}}
         self.moments: dict[int, Any] = {}
+        self.waiting: dict[int, Any] = {}
         self.current = -1
         self.redo: Any = {}
         self.time = 0.0
@@ -268,10 +285,12 @@ class _Reading:
         self.unsaved = False
         self.why: Why = "crash"
         self.newer = False
+        self.damaged = False
 
     def read(self, path: Path) -> None:
         """Go through all whole records; what is not understood is passed over."""
         for kind, payload in read_records(path):
+            self.damaged = self.damaged or kind == DAMAGED
             try:
                 if kind == _ARRAY:
                     array = npy_array(payload)
@@ -280,6 +299,9 @@ class _Reading:
                     self._event(json.loads(payload))
             except (EngineError, ValueError, TypeError, KeyError, RecursionError):
                 continue
+        if not self.moments and self.waiting:
+            # The record that ends the only state is lost: what it would have ended is not.
+            self.moments, self.unsaved, self.time = self.waiting, True, path.stat().st_mtime
 
     def _event(self, event: dict[str, Any]) -> None:
         name = event["event"]
@@ -287,6 +309,8 @@ class _Reading:
             self.newer = event["eigenform"] > FORMAT_VERSION
         elif name == "entry":
             self.tables[event["table"]][event["key"]] = event["entry"]
+        elif name == "moment":
+            self.waiting[int(event["moment"]["id"])] = event["moment"]
         elif name == "state":
             self._state(event)
         elif name == "saved":
@@ -296,8 +320,9 @@ class _Reading:
             self.why = event["why"]
 
     def _state(self, event: dict[str, Any]) -> None:
-        for moment in event["moments"]:
-            self.moments[int(moment["id"])] = moment
+        self.damaged = self.damaged or not set(event["changed"]) <= set(self.waiting)
+        self.moments.update(self.waiting)
+        self.waiting.clear()
         for number in event["gone"]:
             self.moments.pop(number, None)
         self.current = int(event["current"])
@@ -325,6 +350,10 @@ class _Reading:
             state, _ = history_state(moments, self.current, redo_links(self.redo))
         except EngineError:
             return None
+        if self.damaged and not report:
+            report.append(
+                "The recovery copy is damaged in places: the last changes may be missing."
+            )
         if state.current_id != self.current:
             report.append("What was open is lost; the newest state that is left is shown.")
         return Recoverable(path, state, self.saved_to, self.why, self.time, tuple(report), lock)

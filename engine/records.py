@@ -16,6 +16,8 @@ MARK = b"\xe1gnF"
 _FIELDS = struct.Struct("<4sBQI")
 _HEAD_SUM = struct.Struct("<I")
 HEAD = _FIELDS.size + _HEAD_SUM.size
+DAMAGED = -1
+"""The kind that stands for bytes that are no record; not for an end that was only half written."""
 
 
 def append_record(file: BinaryIO, kind: int, payload: bytes) -> None:
@@ -36,27 +38,25 @@ def append_record(file: BinaryIO, kind: int, payload: bytes) -> None:
 
 
 def read_records(path: Path) -> Iterator[tuple[int, bytes]]:
-    """Yield (kind, payload) of every whole record of a file, in order."""
+    """Yield (kind, payload) of every whole record of a file, in order, and `DAMAGED` in between."""
     size = path.stat().st_size
     with path.open("rb") as file:
         at = 0
         while at + HEAD <= size:
             file.seek(at)
-            head = file.read(HEAD)
-            found = _parsed(head)
-            if found is None:
-                at = _next_mark(file, at + 1)
-                continue
-            kind, length, total = found
-            if at + HEAD + length > size:
-                at = _next_mark(file, at + 1)
-                continue
-            payload = file.read(length)
-            if zlib.crc32(payload) == total:
-                yield kind, payload
-                at += HEAD + length
-            else:
-                at = _next_mark(file, at + 1)
+            found = _parsed(file.read(HEAD))
+            if found is not None:
+                kind, length, total = found
+                if at + HEAD + length > size:
+                    at = _next_mark(file, at + 1)
+                    continue
+                payload = file.read(length)
+                if zlib.crc32(payload) == total:
+                    yield kind, payload
+                    at += HEAD + length
+                    continue
+            yield DAMAGED, b""
+            at = _next_mark(file, at + 1)
 
 
 def _parsed(head: bytes) -> tuple[int, int, int] | None:

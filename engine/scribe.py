@@ -16,6 +16,9 @@ from engine.journal import Journal, Why
 
 log = logging.getLogger(__name__)
 
+SYNC_AFTER = 0.5
+"""Seconds without a new state after which the bytes are made to survive a power cut too. Against a
+kill of the program they are safe as soon as they are written."""
 RETRY_SECONDS = 10.0
 """After a failure (a full disk) the next attempt waits this long, unless something is closed."""
 
@@ -36,6 +39,7 @@ class Scribe:
         self._wake = threading.Condition()
         self._orders: deque[tuple[str, Callable[[], None]]] = deque()
         self._busy = False
+        self._unsynced = False
         self._ending = False
         self._journal: Journal | None = None
         self._failed_ones: list[Journal] = []
@@ -91,10 +95,11 @@ class Scribe:
     def _serve(self) -> None:
         while True:
             with self._wake:
-                self._wake.wait_for(lambda: self._orders or self._ending)
-                if not self._orders:
-                    return
-                _, do = self._orders.popleft()
+                pause = SYNC_AFTER if self._unsynced else None
+                self._wake.wait_for(lambda: self._orders or self._ending, pause)
+                if not self._orders and not self._unsynced:
+                    break
+                do = self._orders.popleft()[1] if self._orders else self._sync
                 self._busy = True
             try:
                 do()
@@ -112,6 +117,12 @@ class Scribe:
                 self._busy = False
                 self._wake.notify_all()
 
+        self._abandon()
+
+    def _abandon(self) -> None:
+        for journal in (*self._failed_ones, *([self._journal] if self._journal else [])):
+            journal.abandon()
+
     def _failed(self, sentence: str) -> None:
         # What of the state reached the file is not known: the next attempt begins a new one, and
         # what the old one holds is kept until then.
@@ -127,7 +138,7 @@ class Scribe:
         self._journal.write(state)
         if safe_in is not None:
             self._journal.saved(safe_in, state)
-        self._journal.sync()
+        self._unsynced = True
 
     def _write(self, state: HistoryState) -> None:
         if self._journal is None:
@@ -136,19 +147,26 @@ class Scribe:
                 return
             self._journal = Journal(self._folder)
         self._journal.write(state)
+        self._unsynced = True
         self._forget_failed_ones()
-        if not self._orders:
-            self._journal.sync()
 
     def _saved(self, path: str, state: HistoryState) -> None:
         if self._journal is not None:
             self._journal.saved(path, state)
+            self._unsynced = True
+
+    def _sync(self) -> None:
+        self._unsynced = False
+        if self._journal is not None:
             self._journal.sync()
 
     def _end(self, keep: Why | None) -> None:
         journal, self._journal = self._journal, None
-        if keep is None:
+        if journal is not None or keep is None:
             self._forget_failed_ones()
+        for failed in self._failed_ones:
+            failed.abandon()
+        self._failed_ones.clear()
         if journal is not None and keep is None:
             journal.remove()
         elif journal is not None and keep is not None:

@@ -95,13 +95,15 @@ def history(side: int = 4, steps: int = 2) -> History:
     return result
 
 
-def fingerprint(state: HistoryState) -> str:
+def fingerprint(state: HistoryState, *, times: bool = True) -> str:
     """Everything that a state holds, as text that differs when any bit does."""
     lines = [f"current {state.current_id} redo {sorted(state.redo.items())}"]
     for i in sorted(state.moments):
         moment = state.moments[i]
         d = moment.document
-        lines.append(f"{i} {moment.parent} {moment.label!r} {moment.name!r} {moment.time!r}")
+        lines.append(
+            f"{i} {moment.parent} {moment.label!r} {moment.name!r} {moment.time * times!r}"
+        )
         lines.append(f" {d.original.digest} {d.mesh.digest} {d.name!r} {d.unit} {d.draft.level!r}")
         lines.append(f" {d.recipe.to_json()} {_text(d.draft)} {_text(dict(d.regions))}")
         lines.append(f" {_text(dict(d.views))} {d.mesh.faces is d.original.faces}")
