@@ -8,15 +8,33 @@ from pathlib import Path
 
 from engine.errors import FileError
 from engine.files import limits
-from engine.files.place import beside, put_in_place
+from engine.files.limits import MEMORY as MEMORY_LIMIT
+from engine.files.limits import memory_needed
+from engine.files.place import beside, put_in_place, sweep_strays
 from engine.files.process import WorkerDied, WorkerSlow, worker
-from engine.files.report import Change, ImportReport
+from engine.files.report import PRECISION, Change, ExportReport, ImportReport
 from engine.mesh import Mesh
 from engine.run import Run
 
-__all__ = ["Change", "ImportReport", "Imported", "load", "open_file", "save", "start_worker"]
+__all__ = [
+    "EXPORT_SUFFIXES",
+    "IMPORT_SUFFIXES",
+    "MEMORY_LIMIT",
+    "Change",
+    "ExportReport",
+    "ImportReport",
+    "Imported",
+    "estimate",
+    "load",
+    "open_file",
+    "save",
+    "start_worker",
+    "sweep_strays",
+]
 
-EXPORT_SUFFIXES = (".obj", ".ply", ".stl", ".off")
+EXPORT_SUFFIXES = tuple(PRECISION)
+EXPERIMENTAL_SUFFIXES = (".gltf", ".glb", ".dae", ".3ds", ".x3d")
+IMPORT_SUFFIXES = (".obj", ".ply", ".stl", ".off", ".3mf", *EXPERIMENTAL_SUFFIXES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +85,8 @@ def open_file(path: str | os.PathLike[str], clean: bool = True, run: Run | None 
     """
     place = Path(path)
     size = _readable_size(place)
-    job = {"job": "import", "path": str(place.absolute()), "clean": clean}
+    _refuse_too_large(place, size)
+    job = {"job": "import", "path": str(place.absolute()), "name": place.name, "clean": clean}
     try:
         answer, arrays = worker.ask(job, None, limits.seconds_for(size), run)
     except WorkerDied:
@@ -90,12 +109,12 @@ def open_file(path: str | os.PathLike[str], clean: bool = True, run: Run | None 
     return Imported(cleaned, ImportReport.from_json(answer["cleaned"]), as_read, read_report)
 
 
-def save(mesh: Mesh, path: str | os.PathLike[str], run: Run | None = None) -> None:
+def save(mesh: Mesh, path: str | os.PathLike[str], run: Run | None = None) -> ExportReport:
     """Write a mesh; whatever goes wrong, a file that was there before stays whole.
 
     It is written beside under another name, pushed to the disk, read back and compared, and only then
-    renamed. OBJ and OFF (17 digits) and PLY (binary) keep the double precision; STL holds single
-    precision only, and orders nothing.
+    renamed. OBJ, OFF and 3MF (17 digits) and PLY (binary) keep double precision and the order of
+    vertices and faces. STL and GLB hold single precision only; STL keeps the order of faces alone.
 
     Raises
     ------
@@ -113,18 +132,43 @@ def save(mesh: Mesh, path: str | os.PathLike[str], run: Run | None = None) -> No
         job = {"job": "export", "path": str(part.absolute()), "suffix": suffix, "name": target.name}
         arrays = {"vertices": mesh.vertices, "faces": mesh.faces}
         try:
-            worker.ask(job, arrays, limits.seconds_for(200 * len(mesh.faces)), run)
+            answer, _ = worker.ask(job, arrays, limits.seconds_for(200 * len(mesh.faces)), run)
         except (WorkerDied, WorkerSlow):
             raise FileError(
                 f"“{target.name}” was not saved: the writer stopped. What was there before is "
                 "unchanged; see whether the disk is full, or choose another format."
             ) from None
         put_in_place(part, target)
+    return ExportReport(target.name, mesh.n, len(mesh.faces), answer["size"], PRECISION[suffix])
+
+
+def estimate(path: str | os.PathLike[str]) -> int:
+    """Return about how many bytes of memory opening a file takes at its peak, without reading it.
+
+    Measured on files of a million vertices; `MEMORY_LIMIT` is what the worker may use at most.
+
+    Raises
+    ------
+    FileError
+        The file is not there, or no ordinary file.
+    """
+    place = Path(path)
+    return memory_needed(place, _readable_size(place))
 
 
 def start_worker() -> None:
     """Start the worker process in the background, so that the first file opens quickly."""
     worker.start()
+
+
+def _refuse_too_large(place: Path, size: int) -> None:
+    needed = memory_needed(place, size)
+    if needed > MEMORY_LIMIT:
+        raise FileError(
+            f"“{place.name}” would take about {needed / 2**30:.0f} GiB of memory to open, and "
+            f"{MEMORY_LIMIT / 2**30:.0f} GiB is the most that is used. "
+            "Save it with fewer faces, or as binary PLY."
+        )
 
 
 def _readable_size(place: Path) -> int:

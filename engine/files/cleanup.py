@@ -127,11 +127,18 @@ def _flip_flat(v: F64, f: I64) -> Pair:
 
 
 def _split_edges(v: F64, f: I64) -> Pair:
-    return _filtered(v, f, ("meshing_repair_non_manifold_edges", {"method": "Split Vertices"}))
+    # The filter leaves many vertices without faces behind; those of the file are gone already.
+    return _filtered(
+        v,
+        f,
+        ("meshing_repair_non_manifold_edges", {"method": "Split Vertices"}),
+        ("meshing_remove_unreferenced_vertices", {}),
+    )
 
 
 def _split_vertices(v: F64, f: I64) -> Pair:
-    return _filtered(v, f, ("meshing_repair_non_manifold_vertices", {"vertdispratio": 0.0}))
+    # A vertex with several fans is taken apart one fan at a time.
+    return _filtered(v, f, *4 * [("meshing_repair_non_manifold_vertices", {"vertdispratio": 0.0})])
 
 
 def _orient(v: F64, f: I64) -> Pair:
@@ -149,6 +156,8 @@ _REPAIRS = (
            lambda k, v, f: f"{counted(f, 'face')} that named a vertex twice removed."),
     Repair("duplicate_faces", lambda d: d.repeated, _drop_repeated,
            lambda k, v, f: f"{counted(f, 'face')} that repeated another one removed."),
+    Repair("unreferenced_vertices", lambda d: d.unreferenced, _drop_unreferenced,
+           lambda k, v, f: f"{counted(v, 'vertex')} that no face uses removed."),
     Repair("zero_area", lambda d: d.zero_area, _flip_flat,
            lambda k, v, f: f"{counted(k, 'face')} without area mended by flipping an edge."),
     Repair("nonmanifold_edges", lambda d: d.nonmanifold_edges, _split_edges,
@@ -161,8 +170,6 @@ _REPAIRS = (
            lambda k, v, f: f"Faces turned so that neighbours agree; {counted(k, 'edge')} mended."),
     Repair("inside_out", lambda d: int(d.inverted), _turn_out,
            lambda k, v, f: "The whole surface was inside out and was turned."),
-    Repair("unreferenced_vertices", lambda d: d.unreferenced, _drop_unreferenced,
-           lambda k, v, f: f"{counted(v, 'vertex')} that no face uses removed."),
 )  # fmt: skip
 
 

@@ -64,10 +64,25 @@ def collapsed_faces(f: I64) -> B1:
 
 def repeated_faces(f: I64) -> B1:
     """Return which faces have the same three vertices as an earlier one, (f,)."""
-    _, first = np.unique(np.sort(f, axis=1), axis=0, return_index=True)
-    again = np.ones(len(f), dtype=bool)
-    again[first] = False
+    low, middle, high = np.sort(f, axis=1).T
+    order = np.lexsort((high, middle, low))
+    same = np.diff(low[order]) == 0
+    same &= np.diff(middle[order]) == 0
+    same &= np.diff(high[order]) == 0
+    again = np.zeros(len(f), dtype=bool)
+    # lexsort is stable: of equal faces the first one stays.
+    again[order[1:][same]] = True
     return again
+
+
+def places(v: F64) -> I64:
+    """Return a number for each vertex, (n,), equal for vertices at exactly the same place."""
+    v = v + 0.0
+    order = np.lexsort((v[:, 2], v[:, 1], v[:, 0]))
+    new = (np.diff(v[order], axis=0) != 0).any(axis=1)
+    place = np.empty(len(v), dtype=np.int64)
+    place[order] = np.concatenate([[0], np.cumsum(new)])
+    return place
 
 
 def areas(v: F64, f: I64) -> F64:
@@ -94,18 +109,42 @@ def volume(v: F64, f: I64) -> float:
 
 
 def joinable_vertices(v: F64, f: I64) -> B1:
-    """Return which vertices on an open border lie exactly on another such vertex, (n,)."""
-    keys, counts, _ = _edges(f, len(v))
-    border = np.zeros(len(v), dtype=bool)
-    open_edges = keys[counts == 1]
-    border[open_edges // len(v)] = True
-    border[open_edges % len(v)] = True
+    """Return which vertices should be one with another at the same place, (n,).
+
+    Those on an open border beside another such one, and those of a piece whose every face lies
+    exactly on another face. Two solids that touch, in a point or a side, are no reason to join them.
+    """
+    place = places(v)
     found = np.zeros(len(v), dtype=bool)
-    at = np.flatnonzero(border)
-    if len(at):
-        _, inverse, many = np.unique(v[at] + 0.0, axis=0, return_inverse=True, return_counts=True)
-        found[at] = many[inverse.ravel()] > 1
+    if int(place.max()) + 1 == len(v):
+        return found
+    keys, counts, _ = _edges(f, len(v))
+    open_edges = keys[counts == 1]
+    candidates = np.zeros(len(v), dtype=bool)
+    candidates[open_edges // len(v)] = True
+    candidates[open_edges % len(v)] = True
+    at_place = np.bincount(place[candidates], minlength=len(v))
+    found[candidates] = at_place[place[candidates]] > 1
+    found[f[_in_doubled_pieces(f, place)].ravel()] = True
     return found
+
+
+def _in_doubled_pieces(f: I64, place: I64) -> B1:
+    """Return which faces belong to a piece that lies with every face on another one, (f,)."""
+    low, middle, high = np.sort(place[f], axis=1).T
+    keys = np.lexsort((high, middle, low))
+    new = (np.diff(np.column_stack([low, middle, high])[keys], axis=0) != 0).any(axis=1)
+    group = np.empty(len(f), dtype=np.int64)
+    group[keys] = np.concatenate([[0], np.cumsum(new)])
+    # A face that names the same vertices as another is a repeated face, not one of another piece.
+    alone = (np.bincount(group[~repeated_faces(f)]) == 1)[group]
+    n = len(place)
+    ends = (np.concatenate([f[:, 0], f[:, 0]]), np.concatenate([f[:, 1], f[:, 2]]))
+    links = sp.coo_array((np.ones(2 * len(f)), ends), shape=(n, n))
+    piece = connected_components(links.tocsr(), directed=False)[1][f[:, 0]]
+    with_lone = np.zeros(n, dtype=bool)
+    with_lone[piece[alone]] = True
+    return np.asarray(~with_lone[piece])
 
 
 def nonmanifold_vertices(f: I64, n: int) -> B1:

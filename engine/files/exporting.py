@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import shutil
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,31 +12,42 @@ from typing import Any
 import numpy as np
 
 from engine.arrays import F64, I64
-from engine.errors import FileError
+from engine.errors import EngineError, FileError
 from engine.files.importing import read_soup
+from engine.files.place import sentence
+from engine.files.report import PRECISION
+from engine.files.rows import formatted
 from engine.files.soup import settle
 from engine.files.wire import Arrays
+from engine.files.write_3mf import write_3mf
 
 Tick = Callable[[float, str], None]
 
-# How far a coordinate may be off after export, relative to the largest one: 0 is to the last bit.
-PRECISION = {".obj": 0.0, ".off": 0.0, ".ply": 0.0, ".stl": 2.0**-23}
+_LITTLE_ROOM = 1 << 20
 
 
 def export_mesh(job: dict[str, Any], arrays: Arrays, tick: Tick) -> tuple[dict[str, Any], Arrays]:
     """Write the mesh to `job["path"]`, a temporary name, and check what arrived there."""
-    path, suffix = Path(job["path"]), job["suffix"]
+    path, suffix, name = Path(job["path"]), job["suffix"], job["name"]
     v: F64 = arrays["vertices"]
     f: I64 = arrays["faces"]
-    tick(0.1, "Writing")
-    # Native code gets a plain ASCII name in the current folder: it knows no other ones everywhere.
-    os.chdir(path.parent)
-    write_as(suffix, path.name, v, f)
-    tick(0.6, "Reading back")
-    with open(path, "rb+") as written:
-        os.fsync(written.fileno())
-    _compare(path, suffix, v, f, job["name"])
-    return {"size": path.stat().st_size}, {}
+    try:
+        # Native code gets a plain name in the current folder: it cannot open every path.
+        os.chdir(path.parent)
+        tick(0.1, "Writing")
+        write_as(suffix, path.name, v, f)
+        # Reading back would find what is still in memory; the disk must have taken it first.
+        with open(path.name, "rb+") as written:
+            os.fsync(written.fileno())
+        tick(0.6, "Reading back")
+        if not _reads_back(Path(path.name), suffix, v, f):
+            raise FileError(_not_the_same(name))
+        return {"size": os.stat(path.name).st_size}, {}
+    except OSError as error:
+        raise FileError(sentence(name, error)) from error
+    finally:
+        # A folder that is somebody's current one cannot be removed or unmounted.
+        os.chdir(tempfile.gettempdir())
 
 
 def write_as(suffix: str, name: str, v: F64, f: I64) -> None:
@@ -43,17 +56,35 @@ def write_as(suffix: str, name: str, v: F64, f: I64) -> None:
         _write_text(name, "", "v %.17g %.17g %.17g\n", v, "f %d %d %d\n", f + 1)
     elif suffix == ".off":
         _write_text(name, f"OFF\n{len(v)} {len(f)} 0\n", "%.17g %.17g %.17g\n", v, "3 %d %d %d\n", f)
+    elif suffix == ".3mf":
+        write_3mf(name, v, f)
+    elif suffix == ".glb":
+        _write_glb(name, v, f)
     else:
         _write_native(suffix, name, v, f)
 
 
 def _write_text(name: str, head: str, vertex: str, v: F64, face: str, f: I64) -> None:
-    """Write text with 17 digits, which any reader turns into the same double again."""
-    with open(name, "w", encoding="ascii", newline="\n") as out:
-        out.write(head)
-        for rows, line in ((v, vertex), (f, face)):
-            for block in np.array_split(rows, max(1, len(rows) // 50_000)):
-                out.write((line * len(block)) % tuple(block.ravel().tolist()))
+    """Write text with 17 digits, which any reader turns into the same double again.
+
+    pymeshlab's own writers stop at 15 or 16 digits.
+    """
+    with open(name, "wb") as out:
+        out.write(head.encode())
+        for line, rows in ((vertex, v), (face, f)):
+            out.writelines(formatted(line, rows))
+
+
+def _write_glb(name: str, v: F64, f: I64) -> None:
+    try:
+        import trimesh
+    except ImportError:
+        raise FileError(
+            f"“{name}” was not saved: writing glTF needs the package trimesh. "
+            "Install it, or choose another format."
+        ) from None
+    mesh = trimesh.Trimesh(v, f, process=False)
+    Path(name).write_bytes(mesh.export(file_type="glb", include_normals=False))
 
 
 def _write_native(suffix: str, name: str, v: F64, f: I64) -> None:
@@ -61,32 +92,37 @@ def _write_native(suffix: str, name: str, v: F64, f: I64) -> None:
 
     meshes = pymeshlab.MeshSet(verbose=False)
     meshes.add_mesh(pymeshlab.Mesh(v, f.astype(np.int32)))
-    options: dict[str, Any] = {}
+    options: dict[str, Any] = {"binary": True}
     if suffix == ".ply":
-        options = {
-            "binary": True, "save_vertex_quality": False, "save_vertex_color": False,
-            "save_vertex_normal": False, "save_face_quality": False, "save_face_color": False,
-        }  # fmt: skip
+        plain = ("vertex_quality", "vertex_color", "vertex_normal", "face_quality", "face_color")
+        options |= {f"save_{what}": False for what in plain}
+    else:
+        options["colormode"] = False
     try:
         meshes.save_current_mesh(name, **options)
     except pymeshlab.PyMeshLabException as error:
-        raise FileError(f"The file could not be written ({error}).") from error
+        raise OSError(f"the writer gave up, {str(error).strip().splitlines()[-1]}") from error
 
 
-def _compare(path: Path, suffix: str, v: F64, f: I64, name: str) -> None:
-    """Read the written file back and compare counts, positions and bounding box."""
-    data = path.read_bytes()
-    got_v, got_f, notes = settle(read_soup(Path(path.name), data), path.name)
-    lost = [n for n in notes if n.lost]
-    scale = float(np.abs(v).max())
-    same = len(got_f) == len(f) and not lost
-    if same and suffix != ".stl":
-        same = len(got_v) == len(v) and bool((got_f == f).all())
-    if same:
-        off = np.abs(got_v[got_f] - v[f]).max()
-        same = bool(off <= PRECISION[suffix] * scale)
-    if not same:
-        raise FileError(
-            f"“{name}” was not saved: what was written did not read back as the same mesh. "
-            "Try another format, or another disk."
-        )
+def _reads_back(path: Path, suffix: str, v: F64, f: I64) -> bool:
+    """Return whether the written file holds the same mesh: counts, positions and bounding box."""
+    try:
+        soup = read_soup(path, path.read_bytes())
+        got_v, got_f, notes = settle(soup, path.name)
+    except EngineError:
+        return False
+    if len(got_f) != len(f) or any(note.lost for note in notes):
+        return False
+    if suffix != ".stl" and (len(got_v) != len(v) or not (got_f == f).all()):
+        return False
+    off = np.abs(got_v[got_f] - v[f]).max()
+    return bool(off <= PRECISION[suffix] * np.abs(v).max())
+
+
+def _not_the_same(name: str) -> str:
+    if shutil.disk_usage(".").free < _LITTLE_ROOM:
+        fact, remedy = "the disk is full", "Make room or choose another disk"
+    else:
+        fact = "what was written did not read back as the same mesh"
+        remedy = "Try another format or another disk"
+    return f"“{name}” was not saved: {fact}. {remedy}; what was there before is unchanged."

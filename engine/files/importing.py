@@ -6,12 +6,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from engine.errors import FileError
 from engine.files.cleanup import clean_up
+from engine.files.native import read_native
 from engine.files.report import ImportReport
+from engine.files.scan_3mf import scan_3mf
 from engine.files.scan_obj import scan_obj
 from engine.files.scan_off import scan_off
-from engine.files.scan_ply import scan_ply
+from engine.files.scan_ply import Strips, scan_ply
 from engine.files.scan_stl import scan_stl
 from engine.files.sniff import sniff
 from engine.files.soup import Soup, settle
@@ -53,11 +54,16 @@ def read_soup(path: Path, data: bytes) -> Soup:
     name = path.name
     kind = sniff(data, name)
     if kind == "OBJ":
-        return scan_obj(data)
+        return scan_obj(data, name)
     if kind == "STL":
         return scan_stl(data, name)
     if kind == "OFF":
         return scan_off(data, name)
+    if kind == "3MF":
+        return scan_3mf(data, name)
     if kind == "PLY":
-        return scan_ply(data, name)
-    raise FileError(f"“{name}” is of the format {kind}, which is not read. Save it as OBJ or PLY.")
+        try:
+            return scan_ply(data, name)
+        except Strips:
+            return read_native(path, data, kind)
+    return read_native(path, data, kind)

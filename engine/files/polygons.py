@@ -6,6 +6,8 @@ import numpy as np
 
 from engine.arrays import B1, F64, I64
 
+MANY = 64
+
 
 def triangulate(vertices: F64, corners: I64, sizes: I64) -> I64:
     """Return triangles (f, 3) of polygons, in the polygons' order; concave ones do not fold over.
@@ -24,7 +26,11 @@ def triangulate(vertices: F64, corners: I64, sizes: I64) -> I64:
     for k in np.unique(sizes):
         of_size = np.flatnonzero(sizes == k)
         rows = corners[starts[of_size, None] + np.arange(k)]
-        pieces = _clip_ears(_flattened(vertices[rows]), int(k))
+        flat = _flattened(vertices[rows])
+        if k > MANY:
+            pieces = np.stack([_clip_one(polygon) for polygon in flat])
+        else:
+            pieces = _clip_ears(flat, int(k))
         triangles = np.take_along_axis(rows[:, None, :], pieces, axis=2)
         out[(first[of_size, None] + np.arange(k - 2)).ravel()] = triangles.reshape(-1, 3)
     return out
@@ -74,6 +80,43 @@ def _clip_ears(flat: F64, k: int) -> I64:
         if stuck.any() and m > 4:
             scores[stuck] = _ear_scores(flat[stuck], left[stuck])
     return out
+
+
+def _clip_one(flat: F64) -> I64:
+    """Return (k-2, 3) corner numbers of one polygon (k, 2) with many corners.
+
+    Walks round and clips each ear it meets, every other corner first so that slivers stay few. Only
+    reflex corners can lie in an ear, and a corner that was once convex stays so.
+    """
+    k = len(flat)
+    after = np.roll(np.arange(k), -1).tolist()
+    before = np.roll(np.arange(k), 1).tolist()
+    turn = _cross(flat - np.roll(flat, 1, axis=0), np.roll(flat, -1, axis=0) - flat)
+    reflex = turn <= 0
+    left, at, refused = k, 0, 0
+    out: list[tuple[int, int, int]] = []
+    while left > 3:
+        a, c = before[at], after[at]
+        if refused > left or (not reflex[at] and _is_free(flat, reflex, a, at, c)):
+            out.append((a, at, c))
+            after[a], before[c] = c, a
+            reflex[at] = False
+            for b in (a, c):
+                p, q, r = flat[before[b]], flat[b], flat[after[b]]
+                reflex[b] &= float(_cross(q - p, r - q)) <= 0
+            left, refused = left - 1, 0
+            at = after[c]
+        else:
+            refused += 1
+            at = c
+    out.append((before[at], at, after[at]))
+    return np.array(out, dtype=np.int64)
+
+
+def _is_free(flat: F64, reflex: B1, a: int, b: int, c: int) -> bool:
+    at = np.flatnonzero(reflex)
+    at = at[(at != a) & (at != b) & (at != c)]
+    return not _holds(flat[[a]], flat[[b]], flat[[c]], flat[None, at]).any()
 
 
 def _ear_scores(flat: F64, left: I64) -> F64:

@@ -5,6 +5,10 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
+# How far a coordinate may be off after export, relative to the largest one: 0 is to the last bit.
+PRECISION = {
+    ".obj": 0.0, ".ply": 0.0, ".stl": 2.0**-23, ".off": 0.0, ".3mf": 0.0, ".glb": 2.0**-23,
+}  # fmt: skip
 FACE_WARNING = 0.02
 AREA_WARNING = 0.01
 
@@ -84,6 +88,38 @@ class ImportReport:
             plain[key] = tuple(Change(**c) for c in plain[key])
         plain["warnings"] = tuple(plain["warnings"])
         return cls(**plain)
+
+
+@dataclass(frozen=True)
+class ExportReport:
+    """What was saved.
+
+    Parameters
+    ----------
+    name : file name without folder.
+    vertices, faces : as many as the mesh has.
+    size : bytes on the disk.
+    precision : how far a coordinate may be off, relative to the largest; 0 is to the last bit.
+    """
+
+    name: str
+    vertices: int
+    faces: int
+    size: int
+    precision: float
+
+    def lines(self) -> list[str]:
+        """Return the report in plain words."""
+        lines = [
+            f"{self.name}: {counted(self.vertices, 'vertex')}, {counted(self.faces, 'triangle')}, "
+            f"{self.size / 1e6:.1f} MB; read back and found the same."
+        ]
+        if self.precision:
+            lines.append(
+                "This format holds coordinates in single precision (7 digits): "
+                "keep an OBJ or PLY for further work."
+            )
+        return lines
 
 
 def counted(count: int, noun: str) -> str:

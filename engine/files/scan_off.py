@@ -11,7 +11,8 @@ from engine.files.report import counted
 from engine.files.soup import INVALID, Soup
 from engine.files.text import Tokens, decimals, plain_text, tokenise, wholes
 
-_KEYWORD = re.compile(rb"(ST)?(C)?(N)?(4)?(n)?OFF", re.IGNORECASE)
+# The prefixes come in any order in the wild; only a small n means “of n dimensions”.
+_KEYWORD = re.compile(rb"((?:ST|C|N)*)(4?)(n?)OFF")
 
 
 def scan_off(data: bytes, name: str) -> Soup:
@@ -24,7 +25,7 @@ def scan_off(data: bytes, name: str) -> Soup:
     """
     text, notes = plain_text(data)
     tokens = tokenise(text, comment=b"#")
-    at, colours = _keyword(tokens, name)
+    at, extras = _keyword(tokens, name)
     if len(tokens.start) < at + 2:
         raise _damaged(name, "it does not say how many vertices and faces it has")
     counts, good = wholes(tokens, np.array([at, at + 1]))
@@ -41,7 +42,7 @@ def scan_off(data: bytes, name: str) -> Soup:
         )
     vertex_lines, face_lines = np.arange(first, first + n), np.arange(first + n, first + n + f)
     widths = tokens.lengths[vertex_lines]
-    if n and (widths.min() < 3 or (not colours and widths.min() != widths.max())):
+    if n and (widths.min() < 3 or (not extras and widths.min() != widths.max())):
         odd = vertex_lines[np.argmax(widths != widths[0])]
         raise _damaged(name, f"line {int(tokens.line[odd]) + 1:,} is not a vertex like the others")
     words = tokens.first[vertex_lines, None] + np.array([0, 1, 2])
@@ -57,14 +58,14 @@ def scan_off(data: bytes, name: str) -> Soup:
 
 
 def _keyword(tokens: Tokens, name: str) -> tuple[int, bool]:
-    """Return which word the counts begin at, and whether vertices may carry colours."""
+    """Return which word the counts begin at, and whether vertices may carry more than a position."""
     if len(tokens.start) == 0:
         raise _damaged(name, "it holds no words")
     word = tokens.text[tokens.start[0] : tokens.end[0]].tobytes()
-    found = _KEYWORD.fullmatch(word)
+    found = _KEYWORD.fullmatch(word.upper() if word.islower() and word != b"noff" else word)
     if found is None:
         return 0, False
-    if found[4] or found[5]:
+    if found[2] or found[3]:
         raise FileError(
             f"“{name}” is an OFF file of another dimension than three. "
             "Export the model as a surface in three dimensions."
@@ -74,7 +75,7 @@ def _keyword(tokens: Tokens, name: str) -> tuple[int, bool]:
         raise FileError(
             f"“{name}” is a binary OFF file, which is not read. Save it as text OFF or as PLY."
         )
-    return 1, bool(found[2])
+    return 1, bool(found[1])
 
 
 def _damaged(name: str, fact: str) -> FileError:

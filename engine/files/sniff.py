@@ -16,7 +16,7 @@ _BY_SUFFIX = {
 }  # fmt: skip
 _OBJ_LINE = re.compile(rb"^\s*v[ \t]+[-+.\dnNiI]", re.MULTILINE)
 _OBJ_FACE = re.compile(rb"^\s*f[ \t]+[-\d\\]", re.MULTILINE)
-_OFF_HEAD = re.compile(rb"\A\s*(#[^\n]*\n\s*)*(ST)?C?N?4?n?OFF\b", re.IGNORECASE)
+_OFF_HEAD = re.compile(rb"\A\s*(#[^\n]*\n\s*)*(?:ST|C|N)*4?n?OFF\b", re.IGNORECASE)
 
 
 def sniff(data: bytes, name: str) -> str:

@@ -12,6 +12,9 @@ from engine.files.polygons import triangulate
 from engine.files.report import Change, counted
 
 INVALID = np.int64(-(2**62))
+LARGEST = 1e36
+SMALLEST = 1e-30
+MOST_CORNERS = 20_000
 
 
 @dataclass
@@ -69,10 +72,11 @@ def settle(soup: Soup, name: str) -> tuple[F64, I64, list[Change]]:
         )
     if broken.any():
         k = int(broken.sum())
+        refers = "refers" if k == 1 else "refer"
         notes.append(
             Change("bad_index",
-                   f"{counted(k, 'face')} left out: they refer to vertices that the file does not "
-                   "have.", faces=k, lost=True)
+                   f"{counted(k, 'face')} left out that {refers} to vertices which the file does "
+                   "not have.", faces=k, lost=True)
         )
     if homeless.any() or not finite.all():
         lost_v, lost_f = int((~finite).sum()), int(homeless.sum())
@@ -88,16 +92,22 @@ def settle(soup: Soup, name: str) -> tuple[F64, I64, list[Change]]:
         renumbered = np.cumsum(finite) - 1
         corners = renumbered[corners]
         vertices = vertices[finite]
+    _refuse_size(vertices[corners], name)
     big = int((sizes > 3).sum())
     if big:
         notes.append(
-            Change("polygons", f"{counted(big, 'polygon')} with more than three corners were split "
-                   "into triangles.")
+            Change("polygons", f"{counted(big, 'polygon')} with more than three corners split into "
+                   "triangles.")
         )
     return vertices, triangulate(vertices, corners, sizes), notes
 
 
 def _refuse_hopeless(soup: Soup, name: str, keep: B1, broken: B1, homeless: B1) -> None:
+    if soup.sizes.max(initial=0) > MOST_CORNERS:
+        raise FileError(
+            f"“{name}” has a polygon with {int(soup.sizes.max()):,} corners; {MOST_CORNERS:,} are the "
+            "most that are read. Triangulate the model where it was made."
+        )
     if len(soup.vertices) == 0 or len(soup.sizes) == 0:
         what = "no vertices" if len(soup.vertices) == 0 else "no faces"
         raise FileError(
@@ -114,6 +124,19 @@ def _refuse_hopeless(soup: Soup, name: str, keep: B1, broken: B1, homeless: B1) 
         f"“{name}” is damaged: {int((~keep).sum()):,} of its {counted(len(keep), 'face')} {why} "
         "or lack corners. Export the model again or get another copy of the file."
     )
+
+
+def _refuse_size(used: F64, name: str) -> None:
+    """Refuse coordinates whose products leave what floating point numbers can hold."""
+    low, high = used.min(axis=0), used.max(axis=0)
+    largest = float(np.abs(used).max())
+    extent = float((high / 2 - low / 2).max()) * 2
+    if largest > LARGEST or not extent >= SMALLEST:
+        fact = f"coordinates up to {largest:.3g}" if largest > LARGEST else f"a size of {extent:.3g}"
+        raise FileError(
+            f"“{name}” has {fact}, beyond what can be computed with. "
+            "Scale the model to an ordinary size where it was made, and export it again."
+        )
 
 
 def _any_in_polygon(marked: B1, sizes: I64) -> B1:

@@ -22,7 +22,8 @@ def _alphabet(characters: bytes) -> B1:
 
 _BLANK = _alphabet(b" \t\n\v\f")
 _DECIMAL = _alphabet(b"0123456789+-.eE")
-_WHOLE = _alphabet(b"0123456789+-")
+_DIGITS = _alphabet(b"0123456789")
+_NOT_FINITE = frozenset({b"nan", b"inf", b"infinity", b"1.#inf", b"1.#qnan", b"1.#ind"})
 
 
 def plain_text(data: bytes) -> tuple[bytes, list[Change]]:
@@ -138,17 +139,28 @@ def decimals(tokens: Tokens, words: I64) -> F64:
 
 
 def wholes(tokens: Tokens, words: I64, end: I64 | None = None) -> tuple[I64, B1]:
-    """Return the whole numbers that `words` spell, and which of them are whole numbers at all.
+    """Return the whole numbers that `words` spell, (w,), and which of them are any at all, (w,).
 
     Words of more than 15 digits do not count: no file has that many vertices.
     """
     start = tokens.start[words]
     stop = tokens.end[words] if end is None else end
-    good = _all_in(tokens.text, start, stop, _WHOLE) & (stop - start <= 15)
-    values = np.full(len(words), np.nan)
-    values[good] = _numbers(tokens.text, start[good], stop[good])
-    good &= np.isfinite(values)
-    return np.where(good, values, 0).astype(np.int64), good
+    sign = tokens.text[start]
+    start = start + ((sign == ord("-")) | (sign == ord("+")))
+    length = stop - start
+    good = _all_in(tokens.text, start, stop, _DIGITS) & (length <= 15)
+    values = np.zeros(len(words), dtype=np.int64)
+    for place in range(int(length[good].max(initial=0))):
+        more = good & (place < length)
+        digit = tokens.text[np.minimum(start + place, len(tokens.text) - 1)].astype(np.int64) - 48
+        values = np.where(more, values * 10 + digit, values)
+    return np.where(sign == ord("-"), -values, values), good
+
+
+def spell_not_finite(tokens: Tokens, words: I64) -> B1:
+    """Return which of the few `words` say that there is no finite number: nan, -inf, 1.#QNAN."""
+    spelt = [tokens.text[s:e].tobytes() for s, e in zip(tokens.start[words], tokens.end[words])]
+    return np.array([w.lower().lstrip(b"+-") in _NOT_FINITE for w in spelt], dtype=bool)
 
 
 def _all_in(text: U8, start: I64, end: I64, allowed: B1) -> B1:
