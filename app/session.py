@@ -41,6 +41,7 @@ class Session(QObject):
     Signals
     -------
     opened : another mesh is open; its history has begun.
+    imported(report) : the file was not taken as it stood; the report says what was done.
     document_changed : `document` is another one than before.
     shown_changed(flowing) : `shown` moved; `flowing` when it should be seen to move there.
     decomposition_changed : more is known about the region (base, then more and more modes).
@@ -51,6 +52,7 @@ class Session(QObject):
     """
 
     opened = Signal()
+    imported = Signal(object)
     document_changed = Signal()
     shown_changed = Signal(bool)
     decomposition_changed = Signal()
@@ -293,9 +295,9 @@ class Session(QObject):
 
         def done(imported: Any) -> None:
             self.start(Document.open(imported.mesh, path.name), path=path)
-            lines = [line for line in imported.report.lines() if line]
-            if lines:
-                self.noticed.emit(" ".join(lines))
+            report = imported.report
+            if report.changed or report.warnings:
+                self.imported.emit(report)
 
         self.jobs.submit(
             "file", lambda run: engine.open_file(path, run=run), done, self.report, priority=1

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
+    QAbstractSpinBox,
     QCheckBox,
     QComboBox,
     QDoubleSpinBox,
@@ -81,6 +82,8 @@ class EditPanel(Panel):
         ):
             widget.setMinimumHeight(32)
             widget.setAccessibleName(label)
+            if isinstance(widget, QAbstractSpinBox):
+                widget.setButtonSymbols(QAbstractSpinBox.ButtonSymbols.NoButtons)
             grid.addWidget(QLabel(label, self), row, 0)
             grid.addWidget(widget, row, 1)
         grid.setColumnStretch(1, 1)

@@ -36,7 +36,7 @@ class LevelPanel(Panel):
         self.percent = _number(" %", 0.0, 100.0, 1, "Level of detail")
         self.percent.setSingleStep(1.0)
         self.percent.valueChanged.connect(lambda value: session.slide_level(value / 100))
-        self.feature = _number("", 0.0, 1e9, 2, "Smallest feature that is kept")
+        self.feature = _number("", 0.0, 99_999.0, 2, "Smallest feature that is kept")
         self.feature.setSpecialValueText("none")
         self.feature.editingFinished.connect(self._feature_typed)
         self.modes = QLabel(self)
@@ -125,4 +125,5 @@ def _number(suffix: str, low: float, high: float, decimals: int, name: str) -> Q
     box.setKeyboardTracking(False)
     box.setAccessibleName(name)
     box.setMinimumHeight(32)
+    box.setButtonSymbols(QDoubleSpinBox.ButtonSymbols.NoButtons)
     return box

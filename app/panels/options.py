@@ -73,6 +73,8 @@ class OptionsRow(QWidget):
                 number.setSuffix(f" {meta['unit']}")
             number.setValue(value)
             number.setKeyboardTracking(False)
+            number.setMinimumHeight(32)
+            number.setButtonSymbols(QSpinBox.ButtonSymbols.NoButtons)
             number.valueChanged.connect(lambda v: self._set(one.name, v))
             return number
         text = QLineEdit(str(value), self)
