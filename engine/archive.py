@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import re
 import struct
 import zipfile
@@ -26,11 +27,11 @@ from numpy.typing import NDArray
 
 from engine.document import Document, History, HistoryState, Moment
 from engine.errors import EngineError, FileError
+from engine.files.place import beside, put_in_place, real_target, sweep_strays
 from engine.mesh import Mesh
 from engine.npy import npy_array, npy_header
 from engine.packing import Packer, Unpacker, array_key, history_state, readable_moments, redo_links
 from engine.recipe import Kinds
-from engine.whole import write_whole
 
 if TYPE_CHECKING:
     from typing_extensions import Buffer
@@ -108,17 +109,31 @@ def save_archive(
         raise FileError("The history is too long to be saved. Save one of its states as a mesh.")
     kept = {i: png for i, png in (pictures or {}).items() if i in state.moments}
 
-    def write(file: BinaryIO) -> None:
-        with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
-            _add(archive, "mimetype", MIMETYPE)
-            _add(archive, MANIFEST, text)
-            for key, array in arrays.items():
-                _add(archive, f"arrays/{key}.npy", npy_header(array), array.data)
-            for i, png in sorted(kept.items()):
-                _add(archive, f"pictures/{i}.png", png)
-            _add(archive, MANIFEST_COPY, text)
+    target = Path(path)
+    sweep_strays(real_target(target).parent)
+    with beside(target, ".eigenform") as part:
+        with part.open("r+b") as file:
+            _write(file, text, arrays, kept)
+            file.flush()
+            os.fsync(file.fileno())
+        _check_whole(part, target.name)
+        put_in_place(part, target)
 
-    write_whole(Path(path), write, _check_whole)
+
+def _write(
+    file: BinaryIO,
+    manifest: bytes,
+    arrays: Mapping[str, NDArray[Any]],
+    pictures: Mapping[int, bytes],
+) -> None:
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
+        _add(archive, "mimetype", MIMETYPE)
+        _add(archive, MANIFEST, manifest)
+        for key, array in arrays.items():
+            _add(archive, f"arrays/{key}.npy", npy_header(array), array.data)
+        for i, png in sorted(pictures.items()):
+            _add(archive, f"pictures/{i}.png", png)
+        _add(archive, MANIFEST_COPY, manifest)
 
 
 def _add(archive: zipfile.ZipFile, name: str, *parts: Buffer) -> None:
@@ -133,14 +148,21 @@ def _add(archive: zipfile.ZipFile, name: str, *parts: Buffer) -> None:
                 member.write(view.cast("B"))
 
 
-def _check_whole(path: Path) -> None:
-    """Read every member back: zip check sums, and the digest of every array."""
-    members = _Members(path)
-    for name in members.names():
-        data = members.read(name)
-        if name.startswith("arrays/"):
-            _array(data, name[7:-4])
-    json.loads(members.read(MANIFEST))
+def _check_whole(path: Path, name: str) -> None:
+    """Read every member back: check sums, and the digest of every array."""
+    try:
+        members = _Members(path)
+        if members.report:
+            raise FileError(members.report[0])
+        for member in members.names():
+            data = members.read(member)
+            if member.startswith("arrays/"):
+                _array(data, member[7:-4])
+    except FileError as error:
+        raise FileError(
+            f"“{name}” was not saved: what was written reads back wrong ({error}) "
+            "Choose another disk; what was there before is unchanged."
+        ) from error
 
 
 def open_archive(path: str | Path, kinds: Kinds) -> Archive:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from engine.document import HistoryState, Moment
 from engine.errors import EngineError, FileError
 from engine.filelock import try_lock
+from engine.files.place import push_folder, sentence
 from engine.npy import npy_array, npy_header
 from engine.packing import (
     Packer,
@@ -32,7 +33,6 @@ from engine.packing import (
 )
 from engine.recipe import Kinds
 from engine.records import DAMAGED, append_record, read_records
-from engine.whole import sync_folder, write_failure
 
 ENDING = ".journal"
 FORMAT_VERSION = 1
@@ -71,7 +71,7 @@ class Journal:
             self._folder.mkdir(parents=True, exist_ok=True, mode=0o700)
             self._file: BinaryIO = self.path.open("xb", buffering=0)
         except OSError as error:
-            raise write_failure(self.path, error) from error
+            raise _failure(error) from error
         try:
             self._start_file()
         except EngineError:
@@ -139,9 +139,9 @@ class Journal:
         """Have the bytes survive a power cut."""
         try:
             os.fsync(self._file.fileno())
-            sync_folder(self._folder)
+            push_folder(self._folder)
         except OSError as error:
-            raise write_failure(self.path, error) from error
+            raise _failure(error) from error
 
     def remove(self) -> None:
         """End the journal and its file: nothing in it is needed."""
@@ -174,7 +174,11 @@ class Journal:
         try:
             append_record(self._file, kind, payload)
         except OSError as error:
-            raise write_failure(self.path, error) from error
+            raise _failure(error) from error
+
+
+def _failure(error: OSError) -> FileError:
+    return FileError(sentence("The recovery copy", error))
 
 
 def _place(state: HistoryState) -> tuple[int, dict[int, int]]:
