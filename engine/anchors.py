@@ -17,11 +17,12 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
 
 from engine.arrays import B1, F64, I64
 from engine.errors import SketchError
 from engine.mesh import Mesh
-from engine.sketch import checked_path, chord_lengths
+from engine.sketch import checked_path, tidy_stroke
 from engine.view import View
 
 _BRIDGE_RINGS = 3
@@ -255,14 +256,8 @@ def _crossed_edges(faces: I64) -> I64:
 
 
 def _distance_to(path: F64, points: F64) -> F64:
-    """Return the distance of points (q, 2) to the polyline (p, 2), px."""
-    if chord_lengths(path)[-1] <= 0:
-        return np.linalg.norm(points - path[0], axis=1)
-    a, ab = path[:-1], np.diff(path, axis=0)
-    size = np.maximum(np.einsum("pa,pa->p", ab, ab), 1e-300)
-    t = np.clip(((points[:, None] - a) * ab).sum(axis=2) / size, 0.0, 1.0)
-    nearest = a + t[:, :, None] * ab
-    return np.asarray(np.linalg.norm(points[:, None] - nearest, axis=2).min(axis=1))
+    """Return the distance of points (q, 2) to the stroke, px, to within half a pixel."""
+    return np.asarray(cKDTree(tidy_stroke(path, spacing=1.0)).query(points)[0])
 
 
 def _without_loops(chain: I64) -> I64:

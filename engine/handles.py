@@ -18,6 +18,7 @@ import scipy.linalg as sla
 from engine.arrays import F64, I64
 from engine.errors import SolveError
 from engine.lse import Lse
+from engine.run import Run
 
 # Rows are met to this fraction of an anchor's own compliance: far below a pixel, and enough to keep
 # the dense system regular when two strokes share an anchor and disagree.
@@ -58,14 +59,15 @@ class Handles:
     Parameters
     ----------
     lse : the region's energy.
-    anchors : (c,) positions of the anchors in the region's `roi`, each once.
+    anchors : (c,) positions of the anchors in the region's `roi`, ascending, each once.
+    run : progress and cancel.
     """
 
-    def __init__(self, lse: Lse, anchors: I64) -> None:
+    def __init__(self, lse: Lse, anchors: I64, run: Run) -> None:
         self._lse = lse
         self.anchors = anchors
         unit = (3 * anchors[:, None] + np.arange(3)).ravel()
-        self._response = lse.respond(unit)
+        self._response = lse.responses(unit, run)
         compliance = self._response[unit]
         self.compliance: F64 = (compliance + compliance.T) / 2
 

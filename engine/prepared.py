@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from engine.arap import Polish
 from engine.arrays import F64, I64
 from engine.detail import Decomposition, decompose_until
 from engine.errors import SketchError, SolveError
@@ -85,10 +86,15 @@ def prepare_edit(
 
     def at_anchors() -> Handles:
         run.tick(0.5, "Preparing the anchors")
-        return Handles(surface.lse, moving)
+        return Handles(surface.lse, moving, run)
 
     handles = surface.handles.get(moving.tobytes(), at_anchors)
-    return PreparedEdit(mesh, surface, handles, options)
+    polish = None
+    if options.polish and len(moving):
+        polish = surface.polish.get(
+            moving.tobytes(), lambda: Polish(surface.lse, surface.rings, moving)
+        )
+    return PreparedEdit(mesh, surface, handles, polish, options)
 
 
 class LevelSurface:
@@ -111,6 +117,7 @@ class LevelSurface:
             self.lse.positions, self.lse.stiffness, np.arange(decomposition.m)
         )
         self.handles = Memo(1)
+        self.polish = Memo(1)
 
 
 class PreparedEdit:
@@ -123,11 +130,17 @@ class PreparedEdit:
     """
 
     def __init__(
-        self, mesh: Mesh, surface: LevelSurface, handles: Handles, options: EditOptions
+        self,
+        mesh: Mesh,
+        surface: LevelSurface,
+        handles: Handles,
+        polish: Polish | None,
+        options: EditOptions,
     ) -> None:
         self._mesh = mesh
         self._surface = surface
         self._handles = handles
+        self._polish = polish
         self._options = options
         self.decomposition = surface.decomposition
         self.k = surface.k
@@ -155,6 +168,8 @@ class PreparedEdit:
         if not moved.any():
             level = self._placed(rest)
             return EditResult(level, self._mesh.vertices, self._target_error(level, strokes))
+        if self._polish is not None:
+            moved = self._polish.relax(moved, self._options.polish)
         self._guard(moved, rows)
         deformed = rest + moved * region.scale
         detailed = self._detailed(moved)

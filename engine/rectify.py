@@ -104,16 +104,16 @@ def _cross(u: F64, v: F64) -> F64:
 
 
 def _largest_root(det: F64, cof2: F64) -> F64:
-    root = np.full(det.shape, np.sqrt(3.0))
+    root: F64 = np.full(det.shape, np.sqrt(3.0))
     for _ in range(_NEWTON_STEPS):
         square = root * root - 1.0
         value = square * square - 8.0 * root * det - 4.0 * cof2
         slope = 4.0 * root * square - 8.0 * det
         step = np.divide(value, slope, out=np.zeros_like(root), where=slope > 0)
-        root = root - step
+        root -= step
         if np.abs(step).max(initial=0.0) < 1e-15:
             break
-    return root
+    return np.asarray(root)
 
 
 def _by_decomposition(B: F64) -> F64:
@@ -127,4 +127,4 @@ def turned(rotations: F64, vectors: F64) -> F64:
 
     Source: Orbay et al. 2012, Eq. 20.
     """
-    return np.einsum("rab,rb->ra", rotations, vectors)
+    return np.asarray(np.einsum("rab,rb->ra", rotations, vectors))
