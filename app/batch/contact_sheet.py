@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from pathlib import Path
 
 from PIL import Image
 
-from app.batch.folder import Row
+from app.batch.folder import Row, write_file
 from app.pictures import Studio, sheet
 from engine import Mesh, load
 from engine.view import look_at
-from engine.whole import write_whole
 
 CELL = (360, 360)
 MOST_PICTURES = 100
@@ -30,7 +30,9 @@ def contact_sheet(rows: Sequence[Row], out: Path) -> Path:
     columns = min(5, max(1, round(len(pictures) ** 0.5 + 0.4)))
     whole = sheet(pictures, columns, CELL, f"{len(rows)} variants" if len(rows) > 1 else "")
     path = out / "contact-sheet.png"
-    write_whole(path, lambda file: whole.save(file, "PNG"))
+    picture_file = io.BytesIO()
+    whole.save(picture_file, "PNG")
+    write_file(path, picture_file.getvalue())
     return path
 
 

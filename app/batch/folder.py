@@ -8,12 +8,12 @@ import json
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 from app.batch.cluster import client, outcomes
 from app.batch.item import Item, Outcome
 from engine import EngineError, Mesh, save
-from engine.whole import write_whole
+from engine.files.place import beside, put_in_place
 
 Progress = Callable[[int, int, str], None]
 
@@ -133,8 +133,11 @@ def write_table(rows: Iterable[Row], out: Path) -> None:
 
 
 def _write_text(path: Path, text: str) -> None:
-    write_whole(path, lambda file: _put(file, text))
+    write_file(path, text.encode("utf-8"))
 
 
-def _put(file: BinaryIO, text: str) -> None:
-    file.write(text.encode("utf-8"))
+def write_file(path: Path, data: bytes) -> None:
+    """Write a file so that a kill or a full disk leaves the old one or the new one."""
+    with beside(path, path.suffix) as part:
+        part.write_bytes(data)
+        put_in_place(part, path)
