@@ -40,7 +40,11 @@ def scale_of(A: F64, mesh: Mesh) -> float:
 class TestRows:
     def test_rest_shape_translation_and_scale_have_no_residual(self, mesh: Mesh) -> None:
         A, _ = rows_of(mesh)
-        for change in (mesh.vertices, mesh.vertices + [3, -5, 7], 2.5 * mesh.vertices + [0, 1, 0]):
+        for change in (
+            mesh.vertices,
+            mesh.vertices + np.array([3, -5, 7]),
+            2.5 * mesh.vertices + 1,
+        ):
             assert np.linalg.norm(A @ change.ravel()) < 1e-11 * scale_of(A, mesh)
 
     def test_a_small_rotation_leaves_a_residual_of_second_order(self, mesh: Mesh) -> None:
@@ -63,7 +67,8 @@ class TestRows:
 
     def test_negative_and_huge_cotangents_do_not_rule_a_fit(self) -> None:
         w = fit_weights(np.array([-1.0, -1.0, 5.0, -1e9, -1.0]), np.array([0, 3]))
-        assert (w > 0).all() and w[3] / w[4] <= 100.0 + 1e-9
+        assert (w > 0).all()
+        assert w[3] / w[4] <= 100.0 + 1e-9
 
     def test_a_ring_on_a_line_gives_finite_rows(self) -> None:
         x = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [1, 1e-17, 0], [1, 1, 0.0]])
@@ -151,8 +156,10 @@ def test_polish_takes_out_the_stretch_of_a_turn_by_120_degrees() -> None:
     rings = ring_products(lse.positions, lse.stiffness, np.arange(region.m))
     relaxed = Polish(lse, rings, top).relax(moved, 30)
     polished = edge_ratios(mesh, relaxed * region.scale, region, region.roi[top])
-    assert linear[0] < 0.7 and linear[1] > 1.19
-    assert polished[0] >= 0.88 and polished[1] <= 1.19
+    assert linear[0] < 0.7
+    assert linear[1] > 1.19
+    assert polished[0] >= 0.88
+    assert polished[1] <= 1.19
     assert np.allclose(relaxed[top], moved[top], atol=1e-12)
 
 
