@@ -12,11 +12,11 @@ from resources.generators.solids import box, bump, fade, smooth_union, turned
 Values = NDArray[np.float64]
 
 EDGE, HANDLE_EDGE = 1.65, 1.15
-TOP, FOOT = np.array([-20.0, 0.0, -12.0]), np.array([-43.5, 0.0, -151.0])
+TOP, FOOT = np.array([-20.0, 0.0, -12.0]), np.array([-44.0, 0.0, -154.0])
 DOWN = (FOOT - TOP) / np.linalg.norm(FOOT - TOP)
 FORWARD = np.array([-DOWN[2], 0.0, DOWN[0]])
 DEPTH, WIDTH = 24.0, 18.0  # half axes of the handle's section, mm
-FIRST, PITCH = 55.0, 19.0  # first finger groove below TOP, and their distance, mm
+FIRST, PITCH = 58.5, 19.0  # first finger groove below TOP, and their distance, mm
 GROOVE, BUMP, BUMP_RADIUS, SPACING = 4.6, 1.05, 2.75, 6.4
 
 
@@ -60,8 +60,8 @@ def barrel(p: Points) -> Values:
 
 def battery(p: Points) -> Values:
     """Return the distance to the battery foot with the seam around it."""
-    shoe = box(p, (-31.0, 0.0, -159.0), (47.0, 32.0, 13.0), 9.0)
-    pack = box(p, (-29.0, 0.0, -177.0), (50.0, 35.0, 16.0), 8.0)
+    shoe = box(p, (-31.0, 0.0, -162.0), (47.0, 32.0, 13.0), 9.0)
+    pack = box(p, (-29.0, 0.0, -180.0), (50.0, 35.0, 16.0), 8.0)
     return smooth_union(shoe, pack, 1.2)
 
 
@@ -124,12 +124,12 @@ def form(p: Points) -> Values:
 def on_handle(p: Points) -> NDArray[np.bool_]:
     """Return which points lie on the part of the handle that the fingers hold, (n,)."""
     down, forward, _ = _grip(p)
-    return (down > 43) & (down < 125) & (np.abs(forward) < 34)
+    return (down > 46) & (down < 128) & (np.abs(forward) < 34)
 
 
 def make() -> Sample:
     """Return the drill."""
-    lower, upper = np.array([-92.0, -38.0, -196.0]), np.array([190.0, 38.0, 36.0])
+    lower, upper = np.array([-92.0, -38.0, -199.0]), np.array([190.0, 38.0, 36.0])
     vertices, faces = mesh_form(form, lower, upper, 1.1, EDGE, fine=(on_handle, HANDLE_EDGE))
     foot = project(plain, vertices, 16)
     bump_height, vent_height = bumps(vertices), vents(vertices)
@@ -138,4 +138,5 @@ def make() -> Sample:
         "bumps": bump_height,
         "vents": vent_height,
     }
-    return Sample(vertices, faces, foot, parts, on_handle(vertices))
+    front = on_handle(vertices) & (_grip(vertices)[1] > -8)
+    return Sample(vertices, faces, foot, parts, front)

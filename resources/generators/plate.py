@@ -1,4 +1,8 @@
-"""The wavy plate of Figs. 5, 6 and 11: an arched plate with waves, and pearls in their troughs."""
+"""The wavy plate of Figs. 5, 6 and 11: an arched plate with waves.
+
+Three scales of detail: a broad swell, waves on it, and pearls in their troughs that shrink from
+left to right.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +18,8 @@ LENGTH, WIDTH = 300.0, 200.0
 FRAME = 26.0  # plain border, mm
 SAG = 18.0
 WAVELENGTH = 248.0 / 7
-WAVE = 6.0
+WAVE = 5.5
+SWELL = 3.0
 EDGE = 2.0
 
 Values = NDArray[np.float64]
@@ -41,6 +46,11 @@ def waves(x: Values, y: Values) -> Values:
     return WAVE * np.cos(2 * np.pi * (x - meander(y)) / WAVELENGTH) * window(x, y)
 
 
+def swell(x: Values, y: Values) -> Values:
+    """Return the height of the broad swell that the waves ride on."""
+    return SWELL * np.cos(2 * np.pi * 3 / 7 * (x - meander(y)) / WAVELENGTH) * window(x, y)
+
+
 def pearls(x: Values, y: Values) -> Values:
     """Return the height of the pearls; they shrink from trough to trough, left to right."""
     height = np.zeros_like(x)
@@ -61,20 +71,20 @@ def pearls(x: Values, y: Values) -> Values:
 
 def height(x: Values, y: Values) -> Values:
     """Return the height of the finished plate."""
-    return arch(x, y) + waves(x, y) + pearls(x, y)
+    return arch(x, y) + swell(x, y) + waves(x, y) + pearls(x, y)
 
 
 def make() -> Sample:
     """Return the plate."""
     vertices, faces = _sheet()
     x, y = vertices[:, 0], vertices[:, 1]
-    wave, pearl = waves(x, y), pearls(x, y)
+    parts = {"swell": swell(x, y), "waves": waves(x, y), "pearls": pearls(x, y)}
     plain = np.column_stack([x, y, arch(x, y)])
     return Sample(
-        vertices=plain + np.column_stack([0 * x, 0 * x, wave + pearl]),
+        vertices=plain + np.column_stack([0 * x, 0 * x, sum(parts.values())]),
         faces=faces,
         plain=plain,
-        parts={"waves": wave, "pearls": pearl},
+        parts=parts,
         region=window(x, y) > 0,
     )
 

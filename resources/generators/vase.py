@@ -124,5 +124,5 @@ def make() -> Sample:
         vertices[:, 2],
         ROW_NUMBER(np.clip(FORM.nearest(vertices), 0, ROW_NUMBER.x[-1])),
     )
-    front = (vertices[:, 0] > 8) & (height > 44) & (height < 140) & (number > 0)
+    front = (vertices[:, 0] > 20) & (height > 44) & (height < 140) & (number > 0)
     return Sample(vertices, faces, plain, {"bumps": bumps, "dimples": dimples}, front)
