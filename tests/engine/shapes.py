@@ -41,78 +41,10 @@ def tube(rings: int, around: int, radius: float = 0.2, length: float = 2.0) -> M
 
 
 def sphere(subdivisions: int = 4) -> Mesh:
-    """Unit sphere from an icosahedron."""
-    x = np.array(
-        "-1 p 0 1 p 0 -1 -p 0 1 -p 0 0 -1 p 0 1 p 0 -1 -p 0 1 -p p 0 -1 p 0 1 -p 0 -1 -p 0 1".replace(
-            "p", str((1 + np.sqrt(5)) / 2)
-        ).split(),
-        dtype=float,
-    ).reshape(-1, 3)
-    f = np.array(
-        [
-            "0",
-            "11",
-            "5",
-            "0",
-            "5",
-            "1",
-            "0",
-            "1",
-            "7",
-            "0",
-            "7",
-            "10",
-            "0",
-            "10",
-            "11",
-            "1",
-            "5",
-            "9",
-            "5",
-            "11",
-            "4",
-            "11",
-            "10",
-            "2",
-            "10",
-            "7",
-            "6",
-            "7",
-            "1",
-            "8",
-            "3",
-            "9",
-            "4",
-            "3",
-            "4",
-            "2",
-            "3",
-            "2",
-            "6",
-            "3",
-            "6",
-            "8",
-            "3",
-            "8",
-            "9",
-            "4",
-            "9",
-            "5",
-            "2",
-            "4",
-            "11",
-            "6",
-            "2",
-            "10",
-            "8",
-            "6",
-            "7",
-            "9",
-            "8",
-            "1",
-        ],
-        dtype=np.int64,
-    ).reshape(-1, 3)
+    """Unit sphere from an octahedron."""
+    x = np.vstack([np.eye(3), -np.eye(3)])
+    upper = np.array([[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2]])
+    f = np.vstack([upper, np.where(upper == 2, 5, upper)[:, ::-1]])
     for _ in range(subdivisions):
         corners = np.sort(f[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
         edges, which = np.unique(corners, axis=0, return_inverse=True)
