@@ -18,7 +18,15 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 OURS = ("app", "engine", "plugins", "resources")
 # Threads that belong to libraries and live as long as the process.
-LASTING_THREADS = ("pytest_timeout", "Dummy-", "execnet", "pydevd", "QThread", "tokio")
+LASTING_THREADS = (
+    "pytest_timeout",
+    "file-worker",
+    "Dummy-",
+    "execnet",
+    "pydevd",
+    "QThread",
+    "tokio",
+)
 
 _xvfb: subprocess.Popen[bytes] | None = None
 
@@ -135,8 +143,4 @@ def _render_windows() -> list[object]:
     if vtk_core is None:
         return []
     kind = vtk_core.vtkRenderWindow
-    return [
-        o
-        for o in gc.get_objects()
-        if type(o).__module__.startswith("vtkmodules") and isinstance(o, kind)
-    ]
+    return [o for o in gc.get_objects() if isinstance(o, kind)]

@@ -1,0 +1,76 @@
+"""A window on a small bumpy sphere, with settings of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QSettings, Qt
+from PySide6.QtWidgets import QApplication
+
+from app.look import Appearance
+from app.window import Window
+from engine import Document, Mesh, save
+from tests.app.driving import bumpy_sphere, settled
+
+# As the program does it: before the application is made.
+QApplication.setAttribute(Qt.ApplicationAttribute.AA_CompressHighFrequencyEvents, False)
+QApplication.setAttribute(Qt.ApplicationAttribute.AA_CompressTabletEvents, False)
+
+
+@pytest.fixture(autouse=True)
+def _own_settings(tmp_path: Path) -> None:
+    """Keep the settings of a test in its own folder."""
+    QSettings.setDefaultFormat(QSettings.Format.IniFormat)
+    QSettings.setPath(
+        QSettings.Format.IniFormat, QSettings.Scope.UserScope, str(tmp_path / "settings")
+    )
+
+
+@pytest.fixture(scope="session")
+def sphere() -> Mesh:
+    """A bumpy sphere of 3,000 vertices."""
+    return bumpy_sphere()
+
+
+@pytest.fixture
+def sphere_file(sphere: Mesh, tmp_path: Path) -> Path:
+    """The sphere as a file."""
+    path = tmp_path / "sphere.ply"
+    save(sphere, path)
+    return path
+
+
+MakeWindow = Callable[..., Window]
+
+
+@pytest.fixture
+def make_window(qtbot, qapp) -> Iterator[MakeWindow]:
+    """Make windows that are closed after the test."""
+    made: list[Window] = []
+
+    def make(mesh: Mesh | None = None, theme: str = "dark", size=(1000, 720)) -> Window:
+        qapp.setApplicationName("Eigenform test")
+        qapp.setOrganizationName("Eigenform test")
+        window = Window(Appearance(qapp, theme))
+        made.append(window)
+        window.resize(*size)
+        with qtbot.waitExposed(window):
+            window.show()
+        window.activateWindow()
+        qtbot.waitUntil(lambda: bool(window.viewport.render_window.GetReadyForRendering()))
+        if mesh is not None:
+            window.session.start(Document.open(mesh, "sphere.ply"))
+            qtbot.waitUntil(settled(window))
+        return window
+
+    yield make
+    for window in made:
+        window.close()
+
+
+@pytest.fixture
+def window(make_window: MakeWindow, sphere: Mesh) -> Window:
+    """A window with the sphere open."""
+    return make_window(sphere)

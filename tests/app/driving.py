@@ -1,0 +1,163 @@
+"""Real events for the window: mouse and pen strokes, keys, waiting."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from PySide6.QtCore import QCoreApplication, QEvent, QPointF, Qt
+from PySide6.QtGui import QInputDevice, QMouseEvent, QPointingDevice, QTabletEvent
+from PySide6.QtWidgets import QWidget
+
+from app.window import Window
+from engine import Mesh
+
+NONE = Qt.KeyboardModifier.NoModifier
+LEFT = Qt.MouseButton.LeftButton
+NO_BUTTON = Qt.MouseButton.NoButton
+
+
+def bumpy_sphere(n: int = 3000, bumps: float = 0.04) -> Mesh:
+    """A sphere of 50 mm with bumps, from points spread evenly and their convex hull."""
+    from scipy.spatial import ConvexHull
+
+    i = np.arange(n) + 0.5
+    z = 1 - 2 * i / n
+    angle = np.pi * (1 + 5**0.5) * i
+    r = np.sqrt(1 - z * z)
+    x = np.column_stack([r * np.cos(angle), r * np.sin(angle), z])
+    faces = ConvexHull(x).simplices
+    a, b, c = (x[faces[:, k]] for k in range(3))
+    outside = (np.cross(b - a, c - a) * a).sum(axis=1) > 0
+    faces = np.where(outside[:, None], faces, faces[:, ::-1])
+    height = 1 + bumps * np.sin(9 * x[:, 0]) * np.sin(9 * x[:, 1]) * np.sin(9 * x[:, 2])
+    return Mesh(50 * x * height[:, None], faces.astype(np.int64))
+
+
+def circle(view: QWidget, x: float, y: float, radius: float, n: int = 48) -> NDArray[np.float64]:
+    """A closed path around a point; x, y and radius as shares of the viewport's height."""
+    t = np.linspace(0, 2 * np.pi, n)
+    centre = np.array([view.width() / 2, view.height() / 2])
+    shares = np.column_stack([x + radius * np.cos(t), y + radius * np.sin(t)])
+    return centre + view.height() * shares
+
+
+def bow(
+    view: QWidget, left: ArrayLike, right: ArrayLike, sag: float = 0.0, n: int = 30
+) -> NDArray[np.float64]:
+    """A bowed line between two points given as shares of the height from the viewport's middle."""
+    t = np.linspace(0, 1, n)[:, None]
+    a, b = np.asarray(left, float), np.asarray(right, float)
+    across = np.array([-(b - a)[1], (b - a)[0]])
+    centre = np.array([view.width() / 2, view.height() / 2])
+    return centre + view.height() * (a + t * (b - a) + sag * 4 * t * (1 - t) * across)
+
+
+class Mouse:
+    """The left mouse button."""
+
+    name = "mouse"
+
+    def send(self, view: QWidget, kind: str, at: ArrayLike, modifiers: Qt.KeyboardModifier) -> None:
+        """Send one event at a position in logical pixels."""
+        types = {
+            "press": QEvent.Type.MouseButtonPress,
+            "move": QEvent.Type.MouseMove,
+            "release": QEvent.Type.MouseButtonRelease,
+        }
+        place = QPointF(*map(float, np.asarray(at)))
+        event = QMouseEvent(
+            types[kind],
+            place,
+            QPointF(view.mapToGlobal(place)),
+            NO_BUTTON if kind == "move" else LEFT,
+            NO_BUTTON if kind == "release" else LEFT,
+            modifiers,
+        )
+        QCoreApplication.sendEvent(view, event)
+
+    def stroke(
+        self,
+        window: Window,
+        path: Iterable[ArrayLike],
+        modifiers: Qt.KeyboardModifier = NONE,
+        release: bool = True,
+    ) -> None:
+        """Draw a whole stroke."""
+        points = list(path)
+        view = window.viewport
+        self.send(view, "press", points[0], modifiers)
+        for point in points[1:]:
+            self.send(view, "move", point, modifiers)
+            QCoreApplication.processEvents()
+        if release:
+            self.send(view, "release", points[-1], modifiers)
+            QCoreApplication.processEvents()
+
+
+class Pen(Mouse):
+    """The tip, or the eraser end, of a tablet's pen."""
+
+    name = "pen"
+
+    def __init__(self, eraser: bool = False) -> None:
+        kind = QPointingDevice.PointerType
+        self.device = QPointingDevice(
+            "test pen",
+            1,
+            QInputDevice.DeviceType.Stylus,
+            kind.Eraser if eraser else kind.Pen,
+            QInputDevice.Capability.Position | QInputDevice.Capability.Pressure,
+            1,
+            2,
+        )
+
+    def send(self, view: QWidget, kind: str, at: ArrayLike, modifiers: Qt.KeyboardModifier) -> None:
+        """Send one event at a position in logical pixels, pressure one half."""
+        types = {
+            "press": QEvent.Type.TabletPress,
+            "move": QEvent.Type.TabletMove,
+            "release": QEvent.Type.TabletRelease,
+        }
+        place = QPointF(*map(float, np.asarray(at)))
+        event = QTabletEvent(
+            types[kind],
+            self.device,
+            place,
+            QPointF(view.mapToGlobal(place)),
+            0.5,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            modifiers,
+            NO_BUTTON if kind == "move" else LEFT,
+            NO_BUTTON if kind == "release" else LEFT,
+        )
+        QCoreApplication.sendEvent(view, event)
+
+
+def settled(window: Window) -> Callable[[], bool]:
+    """Whether the engine rests, apart from modes, and nothing moves by itself."""
+
+    def check() -> bool:
+        jobs = window.session.jobs
+        busy = any(jobs.busy(one) for one in ("file", "apply", "solve"))
+        document = window.session.document
+        waits = (
+            document is not None
+            and document.draft.roi is not None
+            and window.session.decomposition is None
+        )
+        return not busy and not waits and not window.stage.flowing
+
+    return check
+
+
+def picture(window: Window, folder: Path, name: str) -> None:
+    """Keep a picture of the whole window as an artefact."""
+    window.viewport.repaint()
+    window.grab().save(str(folder / f"{name}.png"))
