@@ -126,6 +126,7 @@ class EditOptions:
     polish : rounds of as-rigid-as-possible relaxation after the solve; 0 is the paper's result.
     pins : vertex ids that stay where they are.
     mirror : plane a, b, c, d (a x + b y + c z = d) that the edit is mirrored across, or ().
+    free_borders : let the open borders inside the region move too.
     """
 
     rim: Literal["smooth", "paper"] = "smooth"
@@ -135,6 +136,7 @@ class EditOptions:
     polish: int = 0
     pins: tuple[int, ...] = ()
     mirror: tuple[float, ...] = ()
+    free_borders: bool = False
 
     def to_json(self) -> dict[str, Any]:
         """Return the options that differ from the defaults."""
@@ -320,8 +322,9 @@ def check_options(options: EditOptions) -> None:
     """
     if options.rim not in ("smooth", "paper"):
         raise RecipeError("The option “rim” must be “smooth” or “paper”.")
-    if not isinstance(options.rectify, bool):
-        raise RecipeError("The option “rectify” must be true or false.")
+    for name in ("rectify", "free_borders"):
+        if not isinstance(getattr(options, name), bool):
+            raise RecipeError(f"The option “{name}” must be true or false.")
     _number(options.depth_hold, "The option “depth_hold”", 0.0, 1e6)
     _number(options.amount, "The option “amount”", 0.0, 1.5)
     if type(options.polish) is not int or not 0 <= options.polish <= 1000:

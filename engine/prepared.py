@@ -10,7 +10,8 @@ import numpy as np
 
 from engine.arap import Polish
 from engine.arrays import F64, I64
-from engine.detail import Decomposition, decompose_until
+from engine.decomposition import decompose_stream
+from engine.detail import Decomposition
 from engine.errors import SketchError, SolveError
 from engine.handles import Handles, Rows
 from engine.lse import Lse
@@ -60,13 +61,13 @@ def prepare_edit(
     anchors : (c,) vertex ids of each stroke; none prepares what the anchors do not change.
     """
     roi = np.asarray(roi, dtype=np.int64)
-    region_key = (mesh.digest, roi.tobytes(), options.rim)
-    if decomposition is None or not decomposition.reaches(level):
-        decomposition = run.memo.get(
-            ("decomposition", *region_key, level),
-            lambda: decompose_until(mesh, roi, level, options.rim, run),
-        )
+    region_key = (mesh.digest, roi.tobytes(), options.rim, options.free_borders)
     parts = decomposition
+    if parts is None or not _is_of(parts, mesh, options) or not parts.reaches(level):
+        parts = run.memo.get(
+            ("decomposition", *region_key, level),
+            lambda: _decomposed(mesh, roi, level, options, run),
+        )
     k = parts.mode_count(level)
     # Factors are large: of these only the newest are kept.
     surfaces: Memo = run.memo.get("level surfaces", lambda: Memo(2))
@@ -95,6 +96,22 @@ def prepare_edit(
             moving.tobytes(), lambda: Polish(surface.lse, surface.rings, moving)
         )
     return PreparedEdit(mesh, surface, handles, polish, options)
+
+
+def _is_of(parts: Decomposition, mesh: Mesh, options: EditOptions) -> bool:
+    region = parts.region
+    return (
+        region.mesh is mesh
+        and parts.rim == options.rim
+        and region.free_borders == options.free_borders
+    )
+
+
+def _decomposed(
+    mesh: Mesh, roi: I64, level: float, options: EditOptions, run: Run
+) -> Decomposition:
+    stream = decompose_stream(mesh, roi, None, options.rim, run, options.free_borders)
+    return next(parts for parts in stream if parts.reaches(level))
 
 
 class LevelSurface:

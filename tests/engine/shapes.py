@@ -97,7 +97,8 @@ def faces_along(mesh: Mesh, view: View, path: F64) -> I64:
     s = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
     at = np.linspace(0, s[-1], int(s[-1] * 2) + 2)
     points = np.column_stack([np.interp(at, s, column) for column in path.T])
-    depth = view.depth(mesh.vertices)
+    clip = np.column_stack([mesh.vertices, np.ones(mesh.n)]) @ view.matrix.T
+    depth = clip[:, 2] / clip[:, 3]
     corners = view.project(mesh.vertices)[mesh.faces]
     a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]

@@ -122,7 +122,6 @@ def test_the_same_in_a_parallel_projection_on_a_sphere() -> None:
     t = np.linspace(-0.8, 0.8, 60)
     path = view.project(np.column_stack([t, 0.3 * np.sin(2 * t), 0 * t]))
     found = trace_anchors(ball, faces_along(ball, view, path), path, view)
-    # Depth counts away from the eye, so the nearer side is the one that is seen.
     assert is_chain(ball, found.anchors)
     assert found.coverage >= 0.95
 
