@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from engine.arrays import B1, I64
 from engine.errors import MeshError
 from engine.files import limits
-from engine.files.process import WorkerDied, WorkerSlow, worker
+from engine.files.process import WorkerDiedError, WorkerSlowError, worker
 from engine.mesh import Mesh
 from engine.region import Region
 from engine.run import Run
@@ -48,7 +48,7 @@ def remesh(mesh: Mesh, roi: ArrayLike, length: float, run: Run | None = None) ->
         _, found = worker.ask(
             {"job": "remesh", "name": "The mesh", "length": float(length)}, arrays, seconds, run
         )
-    except (WorkerDied, WorkerSlow):
+    except (WorkerDiedError, WorkerSlowError):
         raise MeshError(
             "The remesher stopped without an answer. Choose a smaller region or longer edges."
         ) from None
