@@ -11,7 +11,7 @@ from engine.files import limits
 from engine.files.limits import MEMORY as MEMORY_LIMIT
 from engine.files.limits import memory_needed
 from engine.files.place import beside, put_in_place, sweep_strays
-from engine.files.process import WorkerDied, WorkerSlow, worker
+from engine.files.process import WorkerDiedError, WorkerSlowError, worker
 from engine.files.report import PRECISION, Change, ExportReport, ImportReport
 from engine.mesh import Mesh
 from engine.run import Run
@@ -74,8 +74,9 @@ def open_file(path: str | os.PathLike[str], clean: bool = True, run: Run | None 
 
     Parameters
     ----------
-    path : OBJ, PLY, STL, OFF; the content decides about the format, not the name.
-    clean : mend duplicates, unreferenced vertices, degenerate and non-manifold faces and orientation.
+    path : OBJ, PLY, STL, OFF or 3MF (glTF, DAE, 3DS and X3D experimentally); the content decides
+        about the format, not the name.
+    clean : mend duplicates, unreferenced vertices, degenerate and non-manifold faces, orientation.
     run : progress and cancel.
 
     Raises
@@ -89,15 +90,15 @@ def open_file(path: str | os.PathLike[str], clean: bool = True, run: Run | None 
     job = {"job": "import", "path": str(place.absolute()), "name": place.name, "clean": clean}
     try:
         answer, arrays = worker.ask(job, None, limits.seconds_for(size), run)
-    except WorkerDied:
+    except WorkerDiedError:
         raise FileError(
             f"“{place.name}” could not be read: its content stopped the reader. "
             "Export the model again, or open and save it in the program that made it."
         ) from None
-    except WorkerSlow:
+    except WorkerSlowError:
         raise FileError(
-            f"“{place.name}” took longer than {limits.seconds_for(size):.0f} seconds to read and was "
-            "given up. Save it as binary PLY or with fewer faces."
+            f"“{place.name}” took longer than {limits.seconds_for(size):.0f} seconds to read "
+            "and was given up. Save it as binary PLY or with fewer faces."
         ) from None
     as_read = Mesh(arrays["vertices"], arrays["faces"])
     read_report = ImportReport.from_json(answer["read"])
@@ -112,9 +113,9 @@ def open_file(path: str | os.PathLike[str], clean: bool = True, run: Run | None 
 def save(mesh: Mesh, path: str | os.PathLike[str], run: Run | None = None) -> ExportReport:
     """Write a mesh; whatever goes wrong, a file that was there before stays whole.
 
-    It is written beside under another name, pushed to the disk, read back and compared, and only then
-    renamed. OBJ, OFF and 3MF (17 digits) and PLY (binary) keep double precision and the order of
-    vertices and faces. STL and GLB hold single precision only; STL keeps the order of faces alone.
+    It is written beside under another name, pushed to the disk, read back and compared, and only
+    then renamed. OBJ, OFF and 3MF (17 digits) and PLY (binary) keep double precision and the order
+    of vertices and faces. STL and GLB hold single precision only; STL keeps the faces' order alone.
 
     Raises
     ------
@@ -133,7 +134,7 @@ def save(mesh: Mesh, path: str | os.PathLike[str], run: Run | None = None) -> Ex
         arrays = {"vertices": mesh.vertices, "faces": mesh.faces}
         try:
             answer, _ = worker.ask(job, arrays, limits.seconds_for(200 * len(mesh.faces)), run)
-        except (WorkerDied, WorkerSlow):
+        except (WorkerDiedError, WorkerSlowError):
             raise FileError(
                 f"“{target.name}” was not saved: the writer stopped. What was there before is "
                 "unchanged; see whether the disk is full, or choose another format."
@@ -175,9 +176,13 @@ def _readable_size(place: Path) -> int:
     try:
         found = place.stat()
     except FileNotFoundError:
-        raise FileError(f"“{place.name}” is not there. Look whether it was moved or renamed.") from None
+        raise FileError(
+            f"“{place.name}” is not there. Look whether it was moved or renamed."
+        ) from None
     except (OSError, ValueError) as error:
-        raise FileError(f"“{place.name}” cannot be reached ({error}). Try another place.") from error
+        raise FileError(
+            f"“{place.name}” cannot be reached ({error}). Try another place."
+        ) from error
     if place.is_dir():
         raise FileError(f"“{place.name}” is a folder. Choose a file in it.")
     if not place.is_file():

@@ -37,7 +37,7 @@ class Repair:
     what: str
     found: Callable[[Defects], int]
     mend: Callable[[F64, I64], Pair]
-    words: Callable[[int, int, int], str]
+    words: str
 
 
 def clean_up(v: F64, f: I64, tick: Callable[[float, str], None]) -> Cleaned:
@@ -79,16 +79,27 @@ def _attempt(repair: Repair, v: F64, f: I64) -> Pair | None:
 
 
 def _change(repair: Repair, mended: int, before: Pair, after: Pair) -> Change:
-    vertices = len(after[0]) - len(before[0])
-    faces = len(after[1]) - len(before[1])
-    words = repair.words(mended, abs(vertices), abs(faces))
-    same_size = vertices == 0 and faces == 0
-    return Change(
-        repair.what,
-        words,
-        vertices=abs(vertices),
-        faces=mended if same_size else abs(faces),
+    vertices = abs(len(after[0]) - len(before[0]))
+    faces = abs(len(after[1]) - len(before[1]))
+    if repair.what in ("orientation", "inside_out", "zero_area"):
+        faces = _turned(before[1], after[1])
+    words = repair.words.format(
+        vertices=counted(vertices, "vertex"),
+        faces=counted(faces, "face"),
+        mended_vertices=counted(mended, "vertex"),
+        mended_edges=counted(mended, "edge"),
+        mended_faces=counted(mended, "face"),
     )
+    return Change(repair.what, words, vertices, faces)
+
+
+def _turned(before: I64, after: I64) -> int:
+    """Return how many faces name their vertices otherwise than before, wherever each begins."""
+    if len(before) != len(after):
+        return abs(len(before) - len(after))
+    begun = [np.roll(before, shift, axis=1) for shift in range(3)]
+    same = np.logical_or.reduce([(after == b).all(axis=1) for b in begun])
+    return int((~same).sum())
 
 
 def _filtered(v: F64, f: I64, *filters: tuple[str, dict[str, Any]]) -> Pair:
@@ -150,27 +161,61 @@ def _turn_out(v: F64, f: I64) -> Pair:
 
 
 _REPAIRS = (
-    Repair("duplicate_vertices", lambda d: d.joinable, _join,
-           lambda k, v, f: f"{counted(v, 'vertex')} at the very place of another joined to it."),
-    Repair("collapsed_faces", lambda d: d.collapsed, _drop_collapsed,
-           lambda k, v, f: f"{counted(f, 'face')} that named a vertex twice removed."),
-    Repair("duplicate_faces", lambda d: d.repeated, _drop_repeated,
-           lambda k, v, f: f"{counted(f, 'face')} that repeated another one removed."),
-    Repair("unreferenced_vertices", lambda d: d.unreferenced, _drop_unreferenced,
-           lambda k, v, f: f"{counted(v, 'vertex')} that no face uses removed."),
-    Repair("zero_area", lambda d: d.zero_area, _flip_flat,
-           lambda k, v, f: f"{counted(k, 'face')} without area mended by flipping an edge."),
-    Repair("nonmanifold_edges", lambda d: d.nonmanifold_edges, _split_edges,
-           lambda k, v, f: f"{counted(k, 'edge')} with more than two faces taken apart; "
-           f"{counted(v, 'vertex')} added."),
-    Repair("nonmanifold_vertices", lambda d: d.nonmanifold_vertices, _split_vertices,
-           lambda k, v, f: f"{counted(k, 'vertex')} where surfaces touch in a point taken apart; "
-           f"{counted(v, 'vertex')} added."),
-    Repair("orientation", lambda d: d.flipped, _orient,
-           lambda k, v, f: f"Faces turned so that neighbours agree; {counted(k, 'edge')} mended."),
-    Repair("inside_out", lambda d: int(d.inverted), _turn_out,
-           lambda k, v, f: "The whole surface was inside out and was turned."),
-)  # fmt: skip
+    Repair(
+        "duplicate_vertices",
+        lambda d: d.joinable,
+        _join,
+        "{vertices} at the very place of another joined to it.",
+    ),
+    Repair(
+        "collapsed_faces",
+        lambda d: d.collapsed,
+        _drop_collapsed,
+        "{faces} that named a vertex twice removed.",
+    ),
+    Repair(
+        "duplicate_faces",
+        lambda d: d.repeated,
+        _drop_repeated,
+        "{faces} that repeated another one removed.",
+    ),
+    Repair(
+        "unreferenced_vertices",
+        lambda d: d.unreferenced,
+        _drop_unreferenced,
+        "{vertices} that no face uses removed.",
+    ),
+    Repair(
+        "zero_area",
+        lambda d: d.zero_area,
+        _flip_flat,
+        "{mended_faces} without area mended by flipping an edge.",
+    ),
+    Repair(
+        "nonmanifold_edges",
+        lambda d: d.nonmanifold_edges,
+        _split_edges,
+        "{mended_edges} with more than two faces taken apart; {vertices} added.",
+    ),
+    Repair(
+        "nonmanifold_vertices",
+        lambda d: d.nonmanifold_vertices,
+        _split_vertices,
+        "{mended_vertices} where surfaces touch in a point taken apart; {vertices} added.",
+    ),
+    Repair(
+        "orientation",
+        lambda d: d.flipped,
+        _orient,
+        "{faces} turned so that neighbours look the same way.",
+    ),
+    Repair(
+        "inside_out",
+        lambda d: int(d.inverted),
+        _turn_out,
+        "The whole surface was inside out and was turned.",
+    ),
+)
 
 
 def _remaining(defects: Defects) -> list[str]:

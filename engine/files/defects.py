@@ -16,8 +16,8 @@ class Defects:
     """Counts of each kind of defect.
 
     `joinable` counts vertices on open borders that lie exactly on another vertex; `flipped` edges
-    that both their faces run through in the same direction; `inverted` says that a closed mesh has a
-    negative volume.
+    that both their faces run through in the same direction; `inverted` says that a closed mesh has
+    a negative volume.
     """
 
     joinable: int
@@ -33,28 +33,51 @@ class Defects:
 
 def find_defects(v: F64, f: I64) -> Defects:
     """Return the defects of vertices (n, 3) and faces (f, 3)."""
-    keys, counts, runs = _edges(f, len(v))
+    collapsed = collapsed_faces(f)
+    edges = _Edges(f[~collapsed], len(v))
+    closed = bool((edges.counts == 2).all() and (edges.runs == 0).all())
     return Defects(
         joinable=int(joinable_vertices(v, f).sum()),
-        collapsed=int(collapsed_faces(f).sum()),
+        collapsed=int(collapsed.sum()),
         repeated=int(repeated_faces(f).sum()),
-        unreferenced=len(v) - len(np.unique(f)),
-        zero_area=int((flat_faces(v, f) & ~collapsed_faces(f)).sum()),
-        nonmanifold_edges=int((counts > 2).sum()),
-        nonmanifold_vertices=int(nonmanifold_vertices(f, len(v)).sum()),
-        flipped=int(((counts == 2) & (np.abs(runs) == 2)).sum()),
-        inverted=bool((counts == 2).all() and not (runs != 0).any() and volume(v, f) < 0),
+        unreferenced=int((np.bincount(f.ravel(), minlength=len(v)) == 0).sum()),
+        zero_area=int((flat_faces(v, f) & ~collapsed).sum()),
+        nonmanifold_edges=int((edges.counts > 2).sum()),
+        nonmanifold_vertices=int(_nonmanifold(edges).sum()),
+        flipped=int(((edges.counts == 2) & (np.abs(edges.runs) == 2)).sum()),
+        inverted=closed and volume(v, f) < 0,
     )
 
 
-def _edges(f: I64, n: int) -> tuple[I64, I64, I64]:
-    """Return undirected edges as keys, how many faces each has, and forward minus backward runs."""
-    f = f[~collapsed_faces(f)]
-    a, b = f[:, [0, 1, 2]].ravel(), f[:, [1, 2, 0]].ravel()
-    keys = np.minimum(a, b) * np.int64(n) + np.maximum(a, b)
-    unique, inverse, counts = np.unique(keys, return_inverse=True, return_counts=True)
-    runs = np.bincount(inverse.ravel(), weights=np.where(a < b, 1.0, -1.0), minlength=len(unique))
-    return unique, counts, runs.astype(np.int64)
+class _Edges:
+    """The undirected edges of faces (m, 3) that name three vertices each.
+
+    Half-edge h of face h // 3 runs from corner h to the next corner. `order` puts the half-edges of
+    an edge side by side; edge e has `counts[e]` of them from `starts[e]` on, and `runs[e]` is how
+    many run from the smaller vertex to the larger one, less those that run back.
+    """
+
+    def __init__(self, f: I64, n: int) -> None:
+        self.n = n
+        self.tail = f.ravel()
+        self.head = f[:, [1, 2, 0]].ravel()
+        keys = np.minimum(self.tail, self.head) * np.int64(n) + np.maximum(self.tail, self.head)
+        self.order = np.argsort(keys, kind="stable")
+        in_order = keys[self.order]
+        self.same = in_order[1:] == in_order[:-1]
+        self.starts = np.flatnonzero(np.concatenate([[True], ~self.same]))[: len(keys)]
+        self.keys = in_order[self.starts]
+        self.counts = np.diff(np.append(self.starts, len(keys)))
+        forward = np.cumsum(np.where(self.tail < self.head, 1, -1)[self.order], dtype=np.int64)
+        last = np.append(self.starts[1:], len(keys))[: len(self.starts)] - 1
+        self.runs = np.diff(forward[last], prepend=0)
+
+    def ends(self, chosen: B1) -> B1:
+        """Return which vertices are on the `chosen` edges, (n,)."""
+        mask = np.zeros(self.n, dtype=bool)
+        mask[self.keys[chosen] // self.n] = True
+        mask[self.keys[chosen] % self.n] = True
+        return mask
 
 
 def collapsed_faces(f: I64) -> B1:
@@ -112,17 +135,14 @@ def joinable_vertices(v: F64, f: I64) -> B1:
     """Return which vertices should be one with another at the same place, (n,).
 
     Those on an open border beside another such one, and those of a piece whose every face lies
-    exactly on another face. Two solids that touch, in a point or a side, are no reason to join them.
+    exactly on another face. Solids that touch, in a point or a side, are no reason to join them.
     """
     place = places(v)
     found = np.zeros(len(v), dtype=bool)
     if int(place.max()) + 1 == len(v):
         return found
-    keys, counts, _ = _edges(f, len(v))
-    open_edges = keys[counts == 1]
-    candidates = np.zeros(len(v), dtype=bool)
-    candidates[open_edges // len(v)] = True
-    candidates[open_edges % len(v)] = True
+    edges = _Edges(f[~collapsed_faces(f)], len(v))
+    candidates = edges.ends(edges.counts == 1)
     at_place = np.bincount(place[candidates], minlength=len(v))
     found[candidates] = at_place[place[candidates]] > 1
     found[f[_in_doubled_pieces(f, place)].ravel()] = True
@@ -147,31 +167,21 @@ def _in_doubled_pieces(f: I64, place: I64) -> B1:
     return np.asarray(~with_lone[piece])
 
 
-def nonmanifold_vertices(f: I64, n: int) -> B1:
+def _nonmanifold(edges: _Edges) -> B1:
     """Return which vertices join several fans of faces, or lie on an edge of three faces, (n,).
 
     Two corners at a vertex are linked when their faces share an edge at it; the connected
     components of corners at a vertex are its fans.
     """
-    f = f[~collapsed_faces(f)]
-    m = len(f)
-    corner = np.arange(3 * m).reshape(m, 3)
-    a, b = f[:, [0, 1, 2]].ravel(), f[:, [1, 2, 0]].ravel()
-    ca, cb = corner[:, [0, 1, 2]].ravel(), corner[:, [1, 2, 0]].ravel()
-    low = np.where(a < b, ca, cb)
-    high = np.where(a < b, cb, ca)
-    keys = np.minimum(a, b) * np.int64(n) + np.maximum(a, b)
-    order = np.argsort(keys, kind="stable")
-    same = keys[order][1:] == keys[order][:-1]
-    i, j = order[:-1][same], order[1:][same]
-    rows, columns = np.concatenate([low[i], high[i]]), np.concatenate([low[j], high[j]])
-    links = sp.coo_array((np.ones(len(rows)), (rows, columns)), shape=(3 * m, 3 * m))
+    corners = np.arange(len(edges.tail))
+    following = corners - corners % 3 + (corners + 1) % 3
+    small = np.where(edges.tail < edges.head, corners, following)
+    large = np.where(edges.tail < edges.head, following, corners)
+    i, j = edges.order[:-1][edges.same], edges.order[1:][edges.same]
+    ends = (np.concatenate([small[i], large[i]]), np.concatenate([small[j], large[j]]))
+    links = sp.coo_array((np.ones(len(ends[0])), ends), shape=(len(corners), len(corners)))
     fans, label = connected_components(links.tocsr(), directed=False)
     vertex_of_fan = np.zeros(fans, dtype=np.int64)
-    vertex_of_fan[label] = f.ravel()
-    bad: B1 = np.bincount(vertex_of_fan, minlength=n) > 1
-    unique, counts = np.unique(keys, return_counts=True)
-    crowded = unique[counts > 2]
-    bad[crowded // n] = True
-    bad[crowded % n] = True
-    return bad
+    vertex_of_fan[label] = edges.tail
+    several = np.bincount(vertex_of_fan, minlength=edges.n) > 1
+    return np.asarray(several | edges.ends(edges.counts > 2))

@@ -37,12 +37,12 @@ def export_mesh(job: dict[str, Any], arrays: Arrays, tick: Tick) -> tuple[dict[s
         tick(0.1, "Writing")
         write_as(suffix, path.name, v, f)
         # Reading back would find what is still in memory; the disk must have taken it first.
-        with open(path.name, "rb+") as written:
+        with Path(path.name).open("rb+") as written:
             os.fsync(written.fileno())
         tick(0.6, "Reading back")
         if not _reads_back(Path(path.name), suffix, v, f):
             raise FileError(_not_the_same(name))
-        return {"size": os.stat(path.name).st_size}, {}
+        return {"size": Path(path.name).stat().st_size}, {}
     except OSError as error:
         raise FileError(sentence(name, error)) from error
     finally:
@@ -55,7 +55,9 @@ def write_as(suffix: str, name: str, v: F64, f: I64) -> None:
     if suffix == ".obj":
         _write_text(name, "", "v %.17g %.17g %.17g\n", v, "f %d %d %d\n", f + 1)
     elif suffix == ".off":
-        _write_text(name, f"OFF\n{len(v)} {len(f)} 0\n", "%.17g %.17g %.17g\n", v, "3 %d %d %d\n", f)
+        _write_text(
+            name, f"OFF\n{len(v)} {len(f)} 0\n", "%.17g %.17g %.17g\n", v, "3 %d %d %d\n", f
+        )
     elif suffix == ".3mf":
         write_3mf(name, v, f)
     elif suffix == ".glb":
@@ -69,7 +71,7 @@ def _write_text(name: str, head: str, vertex: str, v: F64, face: str, f: I64) ->
 
     pymeshlab's own writers stop at 15 or 16 digits.
     """
-    with open(name, "wb") as out:
+    with Path(name).open("wb") as out:
         out.write(head.encode())
         for line, rows in ((vertex, v), (face, f)):
             out.writelines(formatted(line, rows))
@@ -84,7 +86,8 @@ def _write_glb(name: str, v: F64, f: I64) -> None:
             "Install it, or choose another format."
         ) from None
     mesh = trimesh.Trimesh(v, f, process=False)
-    Path(name).write_bytes(mesh.export(file_type="glb", include_normals=False))
+    content: Any = mesh.export(file_type="glb", include_normals=False)
+    Path(name).write_bytes(content)
 
 
 def _write_native(suffix: str, name: str, v: F64, f: I64) -> None:

@@ -30,14 +30,18 @@ def check_gltf(data: bytes, name: str) -> tuple[int, list[str]]:
         faces = _faces_placed(scene)
         needed = [unquote(b["uri"]) for b in scene.get("buffers", []) if _is_file(b)]
     except (ValueError, KeyError, IndexError, TypeError, AttributeError, RecursionError) as error:
-        why = str(error) if isinstance(error, _Wrong) else "its description does not hold together"
+        why = (
+            str(error)
+            if isinstance(error, _WrongError)
+            else "its description does not hold together"
+        )
         raise FileError(
             f"“{name}” is damaged: {why}. Export the model again or get another copy of the file."
         ) from None
     return faces, needed
 
 
-class _Wrong(ValueError):
+class _WrongError(ValueError):
     """A check that failed; the text says which."""
 
 
@@ -46,16 +50,16 @@ def _parts(data: bytes) -> tuple[bytes, int]:
     if data[:4] != b"glTF":
         return data, 0
     if int.from_bytes(data[8:12], "little") != len(data):
-        raise _Wrong("its length is not what its header says")
+        raise _WrongError("its length is not what its header says")
     length = int.from_bytes(data[12:16], "little")
     if data[16:20] != b"JSON" or 20 + length > len(data):
-        raise _Wrong("its first part is not its description")
+        raise _WrongError("its first part is not its description")
     rest = 20 + length
     if rest == len(data):
         return data[20:rest], 0
     binary = int.from_bytes(data[rest : rest + 4], "little")
     if rest + 8 + binary > len(data):
-        raise _Wrong("its binary part is cut off")
+        raise _WrongError("its binary part is cut off")
     return data[20:rest], binary
 
 
@@ -67,13 +71,13 @@ def _is_file(buffer: dict[str, Any]) -> bool:
 def _finite(word: str) -> float:
     number = float(word)
     if not math.isfinite(number):
-        raise _Wrong("a number in its description is not finite")
+        raise _WrongError("a number in its description is not finite")
     return number
 
 
 def _whole(value: Any) -> int:
     if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < 2**40:
-        raise _Wrong("a length in it is not a whole number")
+        raise _WrongError("a length in it is not a whole number")
     return value
 
 
@@ -81,24 +85,24 @@ def _check_lengths(scene: dict[str, Any], binary: int) -> None:
     buffers = scene.get("buffers", [])
     for i, buffer in enumerate(buffers):
         if "uri" not in buffer and (i > 0 or _whole(buffer["byteLength"]) > binary):
-            raise _Wrong("it announces more data than it holds")
+            raise _WrongError("it announces more data than it holds")
     views = scene.get("bufferViews", [])
     for view in views:
         end = _whole(view.get("byteOffset", 0)) + _whole(view["byteLength"])
         if end > _whole(buffers[_whole(view["buffer"])]["byteLength"]):
-            raise _Wrong("a part of its data reaches beyond the end")
+            raise _WrongError("a part of its data reaches beyond the end")
     for accessor in scene.get("accessors", []):
         width = _COMPONENT[accessor["componentType"]] * _WIDTH[accessor["type"]]
         count = _whole(accessor["count"])
         if "bufferView" not in accessor:
             if count > _PLACED:
-                raise _Wrong("it announces more data than it holds")
+                raise _WrongError("it announces more data than it holds")
             continue
         view = views[_whole(accessor["bufferView"])]
         stride = _whole(view.get("byteStride", 0)) or width
         used = _whole(accessor.get("byteOffset", 0)) + (count - 1) * stride + width if count else 0
         if used > view["byteLength"]:
-            raise _Wrong("a part of its data reaches beyond the end")
+            raise _WrongError("a part of its data reaches beyond the end")
 
 
 def _faces_placed(scene: dict[str, Any]) -> int:
@@ -113,12 +117,14 @@ def _faces_placed(scene: dict[str, Any]) -> int:
         index, depth = waiting.pop()
         visited += 1
         if depth > _DEPTH or visited > 1_000_000 or index < 0:
-            raise _Wrong("a node of its scene holds itself, or the scene is nested absurdly deep")
+            raise _WrongError(
+                "a node of its scene holds itself, or the scene is nested absurdly deep"
+            )
         node = nodes[index]
         if "mesh" in node:
             total += faces[_whole(node["mesh"])]
         if total > _PLACED:
-            raise _Wrong("its parts multiply beyond what any model has")
+            raise _WrongError("its parts multiply beyond what any model has")
         waiting += [(int(child), depth + 1) for child in node.get("children", [])]
     return total
 
@@ -129,7 +135,7 @@ def _faces(scene: dict[str, Any], mesh: dict[str, Any]) -> int:
     for primitive in mesh["primitives"]:
         position = accessors[_whole(primitive["attributes"]["POSITION"])]
         if position["type"] != "VEC3" or position["componentType"] != 5126:
-            raise _Wrong("its positions are not three numbers each")
+            raise _WrongError("its positions are not three numbers each")
         indexed = "indices" in primitive
         count = _whole((accessors[_whole(primitive["indices"])] if indexed else position)["count"])
         mode = primitive.get("mode", 4)

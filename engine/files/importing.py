@@ -6,13 +6,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from engine.errors import FileError
 from engine.files.cleanup import clean_up
+from engine.files.defects import flat_faces
 from engine.files.native import read_native
-from engine.files.report import ImportReport
+from engine.files.report import FACE_WARNING, Change, ImportReport
 from engine.files.scan_3mf import scan_3mf
 from engine.files.scan_obj import scan_obj
 from engine.files.scan_off import scan_off
-from engine.files.scan_ply import Strips, scan_ply
+from engine.files.scan_ply import StripsError, scan_ply
 from engine.files.scan_stl import scan_stl
 from engine.files.sniff import sniff
 from engine.files.soup import Soup, settle
@@ -22,16 +24,22 @@ Tick = Callable[[float, str], None]
 
 
 def import_file(job: dict[str, Any], _: Arrays, tick: Tick) -> tuple[dict[str, Any], Arrays]:
-    """Read `job["path"]`; answer with the mesh as read and, where cleanup changed it, as cleaned."""
+    """Read `job["path"]`; answer with the mesh as read and, where that differs, as cleaned."""
     path = Path(job["path"])
     tick(0.05, "Reading")
     soup = read_soup(path, path.read_bytes())
     tick(0.4, "Checking")
     v, f, reading = settle(soup, path.name)
+    if flat_faces(v, f).all():
+        raise FileError(
+            f"“{path.name}” has no face with an area, so there is no surface to open. "
+            "Export the model again as a triangle mesh."
+        )
     arrays = {"vertices": v, "faces": f}
+    warnings = _warnings(soup, reading)
     report = ImportReport(
         path.name, soup.format, soup.declared_vertices, soup.declared_faces, len(v), len(f),
-        reading=tuple(reading),
+        tuple(reading), (), warnings,
     )  # fmt: skip
     answer: dict[str, Any] = {"read": report.to_json(), "cleaned": None}
     if job["clean"]:
@@ -40,13 +48,28 @@ def import_file(job: dict[str, Any], _: Arrays, tick: Tick) -> tuple[dict[str, A
         cleaned = ImportReport(
             path.name, soup.format, soup.declared_vertices, soup.declared_faces,
             len(made.vertices), len(made.faces),
-            tuple(reading), made.repairs, made.warnings,
+            tuple(reading), made.repairs, (*warnings, *made.warnings),
         )  # fmt: skip
         answer["cleaned"] = cleaned.to_json()
         if made.repairs:
             arrays |= {"clean_vertices": made.vertices, "clean_faces": made.faces}
     tick(0.95, "Handing over")
     return answer, arrays
+
+
+def _warnings(soup: Soup, reading: list[Change]) -> tuple[str, ...]:
+    """Return what to be warned of after reading: much was lost, or what is there may be wrong."""
+    found = []
+    lost = sum(change.faces for change in reading if change.lost)
+    if lost > FACE_WARNING * soup.declared_faces:
+        share = lost / soup.declared_faces
+        found.append(f"{share:.1%} of the file's faces are not in the mesh: look before you go on.")
+    if soup.format == "OBJ" and any(c.what in ("bad_index", "unknown_lines") for c in reading):
+        found.append(
+            "The file may have lost vertices, and faces may then join wrong ones: "
+            "compare with the original."
+        )
+    return tuple(found)
 
 
 def read_soup(path: Path, data: bytes) -> Soup:
@@ -64,6 +87,6 @@ def read_soup(path: Path, data: bytes) -> Soup:
     if kind == "PLY":
         try:
             return scan_ply(data, name)
-        except Strips:
+        except StripsError:
             return read_native(path, data, kind)
     return read_native(path, data, kind)

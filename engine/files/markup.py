@@ -13,7 +13,7 @@ Start = Callable[[str, dict[str, str]], None]
 End = Callable[[str], None]
 
 
-class _Refused(Exception):
+class _RefusedError(Exception):
     """Stops the parser; the text says why."""
 
 
@@ -31,7 +31,7 @@ def read_markup(data: bytes, name: str, start: Start, end: End | None = None) ->
         nonlocal depth
         depth += 1
         if depth > DEPTH:
-            raise _Refused(f"its elements are nested more than {DEPTH} deep")
+            raise _RefusedError(f"its elements are nested more than {DEPTH} deep")
         start(tag.rpartition(":")[2], attributes)
 
     def closed(tag: str) -> None:
@@ -41,7 +41,7 @@ def read_markup(data: bytes, name: str, start: Start, end: End | None = None) ->
             end(tag.rpartition(":")[2])
 
     def declared(*_: object) -> None:
-        raise _Refused("it declares entities, which can blow up a small file without bounds")
+        raise _RefusedError("it declares entities, which can blow up a small file without bounds")
 
     parser = expat.ParserCreate()
     parser.StartElementHandler = opened
@@ -51,7 +51,7 @@ def read_markup(data: bytes, name: str, start: Start, end: End | None = None) ->
         parser.Parse(data, True)
     except expat.ExpatError as error:
         raise _refusal(name, f"line {error.lineno:,} is no valid XML") from None
-    except _Refused as reason:
+    except _RefusedError as reason:
         raise _refusal(name, str(reason)) from None
 
 

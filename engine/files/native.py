@@ -1,4 +1,4 @@
-"""glTF, DAE, 3DS and X3D: checked as far as their outside goes, then read by pymeshlab (experimental)."""
+"""glTF, DAE, 3DS and X3D, experimentally: checked from outside, then read by pymeshlab."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def _loaded(path: Path, data: bytes, suffix: str, companions: list[str]) -> tupl
     """
     import pymeshlab
 
-    home = os.getcwd()
+    home = Path.cwd()
     with tempfile.TemporaryDirectory(prefix="eigenform-") as folder:
         try:
             os.chdir(folder)

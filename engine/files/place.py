@@ -90,8 +90,8 @@ def put_in_place(part: Path, target: Path) -> None:
     """Rename `part` to `target` and push the folder's entry to the disk."""
     goal = real_target(target)
     with contextlib.suppress(FileNotFoundError):
-        os.chmod(part, goal.stat().st_mode & 0o777)
-    os.replace(part, goal)
+        part.chmod(goal.stat().st_mode & 0o777)
+    part.replace(goal)
     push_folder(goal.parent)
 
 

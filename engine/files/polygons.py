@@ -143,12 +143,15 @@ def _scores_at(flat: F64, left: I64, place: I64) -> F64:
 
 def _holds(a: F64, b: F64, c: F64, points: F64) -> B1:
     """Return which points (p, m, 2) lie in or on the triangles a, b, c (p, 2)."""
+
     def side(s: F64, e: F64) -> F64:
         return _cross((e - s)[:, None, :], points - s[:, None, :])
 
-    same = (points == a[:, None]).all(-1) | (points == b[:, None]).all(-1) | (
-        points == c[:, None]
-    ).all(-1)
+    same = (
+        (points == a[:, None]).all(-1)
+        | (points == b[:, None]).all(-1)
+        | (points == c[:, None]).all(-1)
+    )
     return np.asarray((side(a, b) >= 0) & (side(b, c) >= 0) & (side(c, a) >= 0) & ~same)
 
 

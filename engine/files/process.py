@@ -12,6 +12,8 @@ import time
 from pathlib import Path
 from typing import Any
 
+import psutil
+
 from engine.errors import Cancelled, EngineError, FileError, MeshError
 from engine.files import limits
 from engine.files.wire import Arrays, receive, send
@@ -19,14 +21,15 @@ from engine.run import Run
 
 _ERRORS: dict[str, type[EngineError]] = {"FileError": FileError, "MeshError": MeshError}
 _POLL = 0.05
-_START_SECONDS = 60.0
+
+_Answers = queue.Queue[tuple[dict[str, Any], Arrays] | None]
 
 
-class WorkerDied(Exception):
+class WorkerDiedError(Exception):
     """The worker ended before it answered."""
 
 
-class WorkerSlow(Exception):
+class WorkerSlowError(Exception):
     """The worker did not answer within its time."""
 
 
@@ -40,7 +43,6 @@ class FileWorker:
         self._one_job = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
         self._job_object: Any = None
-        self._answers: queue.Queue[tuple[dict[str, Any], Arrays] | None] = queue.Queue()
 
     @property
     def pid(self) -> int | None:
@@ -64,7 +66,7 @@ class FileWorker:
         ------
         EngineError
             What the worker refused, or `Cancelled`.
-        WorkerDied, WorkerSlow
+        WorkerDiedError, WorkerSlowError
             It crashed, ran out of memory, or took longer than `seconds`.
         """
         while not self._one_job.acquire(timeout=_POLL):
@@ -85,27 +87,32 @@ class FileWorker:
         _tick(run, 0.0, "Starting")
         process = self._ensure()
         assert process.stdin is not None
+        answers: _Answers = queue.Queue()
+        listener = threading.Thread(
+            target=_listen, args=(process.stdout, answers), name="file-worker", daemon=True
+        )
+        listener.start()
         try:
             send(process.stdin, {**job, "seconds": seconds}, arrays)  # type: ignore[arg-type]
         except OSError as error:
-            raise WorkerDied from error
-        deadline = time.monotonic() + seconds + _START_SECONDS
+            raise WorkerDiedError from error
+        clock = _Clock(process.pid, seconds)
         fraction, text = 0.0, "Starting"
         while True:
             try:
-                answer = self._answers.get(timeout=_POLL)
+                answer = answers.get(timeout=_POLL)
             except queue.Empty:
                 _tick(run, fraction, text)
-                if time.monotonic() > deadline:
-                    raise WorkerSlow from None
+                if clock.is_up():
+                    raise WorkerSlowError from None
                 continue
             if answer is None:
-                raise WorkerDied
+                raise WorkerDiedError
             message, found = answer
             if "error" in message:
                 raise _ERRORS.get(message["kind"], FileError)(message["error"])
             if "begun" in message:
-                deadline = time.monotonic() + seconds
+                clock = _Clock(process.pid, seconds)
             elif "fraction" in message:
                 fraction, text = message["fraction"], message["text"]
                 _tick(run, fraction, text)
@@ -115,7 +122,7 @@ class FileWorker:
     def _ensure(self) -> subprocess.Popen[bytes]:
         if self._process is not None and self._process.poll() is None:
             return self._process
-        self._answers = queue.Queue()
+        self.stop()
         self._process = subprocess.Popen(
             [sys.executable, "-m", "engine.files.worker"],
             stdin=subprocess.PIPE,
@@ -125,12 +132,6 @@ class FileWorker:
             creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
         )
         self._job_object = limits.cap_from_outside(self._process)
-        threading.Thread(
-            target=_listen,
-            args=(self._process.stdout, self._answers),
-            name="file-worker-answers",
-            daemon=True,
-        ).start()
         return self._process
 
     def stop(self) -> None:
@@ -148,15 +149,42 @@ class FileWorker:
                     continue
 
 
+class _Clock:
+    """How long a job may take: `seconds` of work, and four times that in all.
+
+    A slow drive or a busy machine is not the file's fault; native code that hangs works hard.
+    """
+
+    def __init__(self, pid: int, seconds: float) -> None:
+        self._pid = pid
+        self._work_end = self._work() + seconds
+        self._end = time.monotonic() + 4 * seconds
+
+    def _work(self) -> float:
+        try:
+            times = psutil.Process(self._pid).cpu_times()
+        except psutil.Error:
+            return 0.0
+        return float(times.user + times.system)
+
+    def is_up(self) -> bool:
+        """Whether the time is over."""
+        return time.monotonic() > self._end or self._work() > self._work_end
+
+
 def _tick(run: Run | None, fraction: float, text: str) -> None:
     if run is not None:
         run.tick(fraction, text)
 
 
-def _listen(stream: Any, answers: queue.Queue[tuple[dict[str, Any], Arrays] | None]) -> None:
+def _listen(stream: Any, answers: _Answers) -> None:
+    """Pass on the messages of one job, up to its answer or the end of the process."""
     try:
         while True:
-            answers.put(receive(stream))
+            message, arrays = receive(stream)
+            answers.put((message, arrays))
+            if "begun" not in message and "fraction" not in message:
+                return
     except (EOFError, OSError, ValueError):
         answers.put(None)
 
@@ -182,4 +210,4 @@ def _environment() -> dict[str, str]:
 worker = FileWorker()
 atexit.register(worker.stop)
 
-__all__ = ["Cancelled", "FileWorker", "WorkerDied", "WorkerSlow", "worker"]
+__all__ = ["Cancelled", "FileWorker", "WorkerDiedError", "WorkerSlowError", "worker"]

@@ -52,9 +52,7 @@ def scan_3mf(data: bytes, name: str) -> Soup:
         _read_model(text, part, i == 0, model, name)
     placed = model.items or [(key, "") for key, o in model.objects.items() if o.vertices]
     _refuse_loops(model, placed, name)
-    meshes = {
-        key: _arrays(o) for key, o in model.objects.items() if o.vertices or o.triangles
-    }
+    meshes = {key: _arrays(o) for key, o in model.objects.items() if o.vertices or o.triangles}
     used: set[Key] = set()
     vertices: list[F64] = [np.empty((0, 3))]
     corners: list[I64] = [np.empty(0, np.int64)]
@@ -87,8 +85,13 @@ def _notes(model: _Model, unused: set[Key]) -> list[Change]:
         faces = sum(len(model.objects[k].triangles) for k in unused)
         vertices = sum(len(model.objects[k].vertices) for k in unused)
         notes.append(
-            Change("not_placed", f"{counted(len(unused), 'object')} that the file does not place "
-                   "left out.", vertices, faces, lost=True)
+            Change(
+                "not_placed",
+                f"{counted(len(unused), 'object')} that the file does not place left out.",
+                vertices,
+                faces,
+                lost=True,
+            )
         )
     if model.unit != "millimeter":
         notes.append(
@@ -189,8 +192,11 @@ def _refuse_loops(model: _Model, placed: list[tuple[Key, str]], name: str) -> No
             open_now.add(key)
             own = model.objects[key]
             # Counted at least once each, so that empty objects cannot multiply unseen either.
-            sizes[key] = 1 + len(own.vertices) + len(own.triangles) + sum(
-                size(k, depth + 1) for k, _ in own.parts
+            sizes[key] = (
+                1
+                + len(own.vertices)
+                + len(own.triangles)
+                + sum(size(k, depth + 1) for k, _ in own.parts)
             )
             open_now.discard(key)
         return sizes[key]

@@ -23,7 +23,7 @@ _KNOWN = (
 
 
 def scan_obj(data: bytes, name: str) -> Soup:
-    """Return what an OBJ text holds; colours, normals, texture coordinates and groups are passed by.
+    """Return what an OBJ text holds; colours, normals, textures and groups are passed by.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def _vertices(tokens: Tokens, lines: I64, name: str, notes: list[Change]) -> F64
 
 
 def _spoilt(tokens: Tokens, lines: I64, widths: I64) -> B1:
-    """Return which long vertex lines have a word that is no number: two lines may have run together."""
+    """Return which long vertex lines have a word that is no number: two may have run together."""
     first = np.cumsum(widths) - widths
     place = np.arange(int(widths.sum())) - np.repeat(first, widths)
     words = np.repeat(tokens.first[lines] + 1, widths) + place
@@ -90,14 +90,13 @@ def _refuse_lost_vertices(tokens: Tokens, lines: I64, name: str) -> None:
 
 def _line_refused(tokens: Tokens, line: int, name: str) -> FileError:
     return FileError(
-        f"“{name}” is damaged: line {int(tokens.line[line]) + 1:,} should be a vertex and cannot be "
-        "read, so that every index after it is in doubt. Export the model again or get another copy."
+        f"“{name}” is damaged: line {int(tokens.line[line]) + 1:,} should be a vertex and "
+        "cannot be read, so that every index after it is in doubt. "
+        "Export the model again or get another copy of the file."
     )
 
 
-def _with_points_for_commas(
-    tokens: Tokens, words: I64, values: F64, notes: list[Change]
-) -> F64:
+def _with_points_for_commas(tokens: Tokens, words: I64, values: F64, notes: list[Change]) -> F64:
     """Read 0,348 as 0.348 where the whole file is written so."""
     unread = np.flatnonzero(np.isnan(values))
     cut = tokens.until(words[unread], ord(","))

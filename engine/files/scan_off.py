@@ -58,7 +58,7 @@ def scan_off(data: bytes, name: str) -> Soup:
 
 
 def _keyword(tokens: Tokens, name: str) -> tuple[int, bool]:
-    """Return which word the counts begin at, and whether vertices may carry more than a position."""
+    """Return which word the counts begin at, and whether vertices may hold more than a place."""
     if len(tokens.start) == 0:
         raise _damaged(name, "it holds no words")
     word = tokens.text[tokens.start[0] : tokens.end[0]].tobytes()
@@ -70,7 +70,9 @@ def _keyword(tokens: Tokens, name: str) -> tuple[int, bool]:
             f"“{name}” is an OFF file of another dimension than three. "
             "Export the model as a surface in three dimensions."
         )
-    second = tokens.text[tokens.start[1] : tokens.end[1]].tobytes() if len(tokens.start) > 1 else b""
+    second = (
+        tokens.text[tokens.start[1] : tokens.end[1]].tobytes() if len(tokens.start) > 1 else b""
+    )
     if second.upper() == b"BINARY":
         raise FileError(
             f"“{name}” is a binary OFF file, which is not read. Save it as text OFF or as PLY."

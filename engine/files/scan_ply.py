@@ -46,7 +46,7 @@ class Element:
         return names.index(name) if name in names else -1
 
 
-class Strips(Exception):
+class StripsError(Exception):
     """The file's faces are triangle strips, which this scanner does not read."""
 
 
@@ -57,13 +57,14 @@ def scan_ply(data: bytes, name: str) -> Soup:
     ------
     FileError
         The header is damaged, or it promises more or less than the bytes hold.
-    Strips
+    StripsError
         The faces are triangle strips.
     """
     if data[:3] != b"ply":
         data = plain_text(data)[0]
     elements, order, body = _header(data, name)
     vertex, face = _known(elements, name)
+    table: _BinaryBody | _TextBody
     if order:
         table = _BinaryBody(data, body, order, name)
     else:
@@ -90,12 +91,16 @@ def _known(elements: list[Element], name: str) -> tuple[Element, Element]:
     by_name = {e.name: e for e in elements}
     vertex, face = by_name.get("vertex"), by_name.get("face")
     if face is None and ("tristrips" in by_name):
-        raise Strips
+        raise StripsError
     if vertex is None or min(vertex.column(axis) for axis in "xyz") < 0:
         raise _damaged(name, "its header announces no vertices with x, y and z")
     if any(p.length_type for p in vertex.properties):
-        raise Strips
-    if face is None or _index_column(face) < 0 or not face.properties[_index_column(face)].length_type:
+        raise StripsError
+    if (
+        face is None
+        or _index_column(face) < 0
+        or not face.properties[_index_column(face)].length_type
+    ):
         raise FileError(
             f"“{name}” holds no faces, so there is no surface to open. "
             "Export the model again as a triangle mesh."
@@ -128,7 +133,9 @@ def _header(data: bytes, name: str) -> tuple[list[Element], str, int]:
             continue
         if words[0] == "format" and len(words) >= 2 and words[1] in _BODIES:
             order = _BODIES[words[1]]
-        elif words[0] == "element" and len(words) == 3 and words[2].isascii() and words[2].isdigit():
+        elif (
+            words[0] == "element" and len(words) == 3 and words[2].isascii() and words[2].isdigit()
+        ):
             elements.append(Element(words[1], int(words[2][:30]), ()))
         elif words[0] == "property" and elements and (made := _property(words)):
             last = elements[-1]
@@ -181,7 +188,7 @@ class _BinaryBody:
         return table
 
     def lists(self, element: Element, column: int) -> tuple[I64, I64]:
-        """Return the lists in `column` (corners, sizes); runs of rows with equal lengths at once."""
+        """Return the lists in `column` (corners, sizes), runs of equally long rows at once."""
         corners: list[I64] = []
         sizes: list[I64] = []
         if not any(p.length_type for p in element.properties):
@@ -316,7 +323,8 @@ class _TextBody:
         rest = len(self._tokens.line) - self._line
         if rest:
             raise _damaged(
-                self._name, f"{counted(rest, 'line')} are left over behind what its header announces"
+                self._name,
+                f"{counted(rest, 'line')} are left over behind what its header announces",
             )
         return []
 

@@ -21,7 +21,7 @@ def scan_stl(data: bytes, name: str) -> Soup:
     """
     if _length_fits(data) or not _looks_like_text(data):
         return _binary(data, name)
-    return _ascii(data, name)
+    return _ascii(data)
 
 
 def _declared(data: bytes) -> int:
@@ -45,8 +45,8 @@ def _binary(data: bytes, name: str) -> Soup:
     whole = len(data) == _HEAD + there * _RECORD.itemsize
     if there < declared:
         raise FileError(
-            f"“{name}” is cut off or damaged: its header announces {counted(declared, 'triangle')}, "
-            f"and there are bytes for {there:,}. Export the model again or get another copy."
+            f"“{name}” is cut off or damaged: its header announces "
+            f"{counted(declared, 'triangle')}, and there are bytes for {there:,}. Export the model again or get another copy."
         )
     if there > declared and not whole:
         raise FileError(
@@ -55,14 +55,17 @@ def _binary(data: bytes, name: str) -> Soup:
         )
     if there > declared:
         notes.append(
-            Change("count_low", f"The header announces {counted(declared, 'triangle')}, but the "
-                   f"file holds {there:,}; all of them were read.")
+            Change(
+                "count_low",
+                f"The header announces {counted(declared, 'triangle')}, but the "
+                f"file holds {there:,}; all of them were read.",
+            )
         )
     records = np.frombuffer(data, _RECORD, count=there, offset=_HEAD)
     return _welded(records["corners"].reshape(-1, 3).astype(np.float64), there, declared, notes)
 
 
-def _ascii(data: bytes, name: str) -> Soup:
+def _ascii(data: bytes) -> Soup:
     text, notes = plain_text(data)
     tokens = tokenise(text)
     heads = tokens.first[:-1]
@@ -79,15 +82,21 @@ def _ascii(data: bytes, name: str) -> Soup:
     if not right.all() or (of_facet < 0).any():
         wrong = int((~right).sum())
         notes.append(
-            Change("bad_facets", f"{counted(wrong, 'facet')} without exactly three corners left "
-                   "out.", faces=wrong, lost=True)
+            Change(
+                "bad_facets",
+                f"{counted(wrong, 'facet')} without exactly three corners left out.",
+                faces=wrong,
+                lost=True,
+            )
         )
         usable = of_facet >= 0
         usable[usable] = right[of_facet[usable]]
         points = points[usable]
     if not tokens.are(heads, b"endsolid").any():
         notes.append(
-            Change("no_end", "The text ends without “endsolid”: the file may be cut off.", lost=True)
+            Change(
+                "no_end", "The text ends without “endsolid”: the file may be cut off.", lost=True
+            )
         )
     return _welded(points, int(right.sum()), facets, notes)
 
@@ -95,7 +104,9 @@ def _ascii(data: bytes, name: str) -> Soup:
 def _welded(corners: F64, triangles: int, declared: int, notes: list[Change]) -> Soup:
     """Join equal corners, numbered by where each first appears."""
     if len(corners) == 0:
-        return Soup("STL", np.empty((0, 3)), np.empty(0, np.int64), np.empty(0, np.int64), 0, 0, notes)
+        return Soup(
+            "STL", np.empty((0, 3)), np.empty(0, np.int64), np.empty(0, np.int64), 0, 0, notes
+        )
     # Adding zero turns -0.0 into 0.0: both are the same place.
     rows = np.ascontiguousarray(corners + 0.0)
     keys = rows.view(np.dtype((np.void, rows.itemsize * 3))).ravel()

@@ -38,9 +38,9 @@ def sniff(data: bytes, name: str) -> str:
     known = _BY_SUFFIX.get(suffix)
     if known is None:
         raise FileError(
-            f"“{name}” is of no format that can be read. Save the model as OBJ, PLY, STL, OFF or 3MF."
+            f"“{name}” is of no format that can be read. Save it as OBJ, PLY, STL, OFF or 3MF."
         )
-    if known == "STL" and not _binary_stl(data) or known in ("PLY", "3MF", "glTF", "DAE", "X3D"):
+    if (known == "STL" and len(data) < 84) or known in ("PLY", "3MF", "glTF", "DAE", "X3D"):
         raise FileError(
             f"“{name}” is not {_article(known)} file, although its name says so. "
             "Look where it came from and get the model itself."
@@ -54,10 +54,6 @@ def sniff(data: bytes, name: str) -> str:
 
 def _article(kind: str) -> str:
     return ("an " if kind[0] in "OX" or kind == "STL" else "a ") + kind
-
-
-def _binary_stl(data: bytes) -> bool:
-    return len(data) >= 84
 
 
 def _by_content(data: bytes) -> str:

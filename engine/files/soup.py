@@ -1,4 +1,4 @@
-"""Soup: what a scanner found in a file, and how it is settled into triangles that can be trusted."""
+"""Soup: what a scanner found in a file, and how it settles into triangles to be trusted."""
 
 from __future__ import annotations
 
@@ -54,8 +54,8 @@ def settle(soup: Soup, name: str) -> tuple[F64, I64, list[Change]]:
     """
     notes = list(soup.notes)
     n = len(soup.vertices)
-    finite = np.isfinite(soup.vertices).all(axis=1)
-    short = soup.sizes < 3
+    finite = np.asarray(np.isfinite(soup.vertices).all(axis=1))
+    short = np.asarray(soup.sizes < 3)
     outside = (soup.corners < 0) | (soup.corners >= n)
     broken = _any_in_polygon(outside, soup.sizes) & ~short
     unplaced = np.zeros(len(soup.corners), dtype=bool)
@@ -67,23 +67,36 @@ def settle(soup: Soup, name: str) -> tuple[F64, I64, list[Change]]:
     if short.any():
         k = int(short.sum())
         notes.append(
-            Change("few_corners", f"{counted(k, 'face')} with fewer than three corners left out.",
-                   faces=k, lost=True)
+            Change(
+                "few_corners",
+                f"{counted(k, 'face')} with fewer than three corners left out.",
+                faces=k,
+                lost=True,
+            )
         )
     if broken.any():
         k = int(broken.sum())
         refers = "refers" if k == 1 else "refer"
         notes.append(
-            Change("bad_index",
-                   f"{counted(k, 'face')} left out that {refers} to vertices which the file does "
-                   "not have.", faces=k, lost=True)
+            Change(
+                "bad_index",
+                f"{counted(k, 'face')} left out that {refers} to vertices which the file does "
+                "not have.",
+                faces=k,
+                lost=True,
+            )
         )
     if homeless.any() or not finite.all():
         lost_v, lost_f = int((~finite).sum()), int(homeless.sum())
         notes.append(
-            Change("not_finite",
-                   f"{counted(lost_v, 'vertex')} left out because a coordinate is not a finite "
-                   f"number, and {counted(lost_f, 'face')} at them.", lost_v, lost_f, lost=True)
+            Change(
+                "not_finite",
+                f"{counted(lost_v, 'vertex')} left out because a coordinate is not a finite "
+                f"number, and {counted(lost_f, 'face')} at them.",
+                lost_v,
+                lost_f,
+                lost=True,
+            )
         )
     corners = soup.corners[np.repeat(keep, soup.sizes)]
     sizes = soup.sizes[keep]
@@ -96,8 +109,10 @@ def settle(soup: Soup, name: str) -> tuple[F64, I64, list[Change]]:
     big = int((sizes > 3).sum())
     if big:
         notes.append(
-            Change("polygons", f"{counted(big, 'polygon')} with more than three corners split into "
-                   "triangles.")
+            Change(
+                "polygons",
+                f"{counted(big, 'polygon')} with more than three corners split into triangles.",
+            )
         )
     return vertices, triangulate(vertices, corners, sizes), notes
 
@@ -105,8 +120,8 @@ def settle(soup: Soup, name: str) -> tuple[F64, I64, list[Change]]:
 def _refuse_hopeless(soup: Soup, name: str, keep: B1, broken: B1, homeless: B1) -> None:
     if soup.sizes.max(initial=0) > MOST_CORNERS:
         raise FileError(
-            f"“{name}” has a polygon with {int(soup.sizes.max()):,} corners; {MOST_CORNERS:,} are the "
-            "most that are read. Triangulate the model where it was made."
+            f"“{name}” has a polygon with {int(soup.sizes.max()):,} corners; "
+            f"{MOST_CORNERS:,} are the most that are read. Triangulate the model where it was made."
         )
     if len(soup.vertices) == 0 or len(soup.sizes) == 0:
         what = "no vertices" if len(soup.vertices) == 0 else "no faces"
@@ -132,7 +147,9 @@ def _refuse_size(used: F64, name: str) -> None:
     largest = float(np.abs(used).max())
     extent = float((high / 2 - low / 2).max()) * 2
     if largest > LARGEST or not extent >= SMALLEST:
-        fact = f"coordinates up to {largest:.3g}" if largest > LARGEST else f"a size of {extent:.3g}"
+        fact = (
+            f"coordinates up to {largest:.3g}" if largest > LARGEST else f"a size of {extent:.3g}"
+        )
         raise FileError(
             f"“{name}” has {fact}, beyond what can be computed with. "
             "Scale the model to an ordinary size where it was made, and export it again."
@@ -141,6 +158,6 @@ def _refuse_size(used: F64, name: str) -> None:
 
 def _any_in_polygon(marked: B1, sizes: I64) -> B1:
     """Return for every polygon whether one of its corners is marked."""
-    total = np.concatenate([[0], np.cumsum(marked)])
+    total = np.concatenate([np.zeros(1, np.int64), np.cumsum(marked)])
     ends = np.cumsum(sizes)
     return np.asarray(total[ends] - total[ends - sizes] > 0)

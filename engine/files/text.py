@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -100,7 +101,8 @@ class Tokens:
     def until(self, words: I64, byte: int) -> I64:
         """Return where each of `words` ends when it is cut at the first `byte` in it."""
         marks = np.append(np.flatnonzero(self.text == byte), len(self.text))
-        return np.minimum(self.end[words], marks[np.searchsorted(marks, self.start[words])])
+        cut: I64 = marks[np.searchsorted(marks, self.start[words])]
+        return np.minimum(self.end[words], cut)
 
 
 def tokenise(data: bytes, comment: bytes = b"") -> Tokens:
@@ -132,9 +134,17 @@ def _after_mark(text: U8, breaks: I64, mark: int) -> B1:
 def decimals(tokens: Tokens, words: I64) -> F64:
     """Return the numbers that `words` spell, NaN where a word is none: correctly rounded."""
     start, end = tokens.start[words], tokens.end[words]
+    buffer = _joined(tokens.text, start, end)
+    if (_DECIMAL | _BLANK)[buffer].all() and len(values := _numbers(buffer)) == len(words):
+        return values
     good = _all_in(tokens.text, start, end, _DECIMAL)
     values = np.full(len(words), np.nan)
-    values[good] = _numbers(tokens.text, start[good], end[good])
+    spelt = _joined(tokens.text, start[good], end[good])
+    read = _numbers(spelt)
+    if len(read) != len(words[good]):
+        # Words such as 1-2 or 1e stop the fast reader; a damaged file is worth the slow one.
+        read = np.array([_one_number(word) for word in spelt.tobytes().split()])
+    values[good] = read
     return values
 
 
@@ -148,52 +158,40 @@ def wholes(tokens: Tokens, words: I64, end: I64 | None = None) -> tuple[I64, B1]
     sign = tokens.text[start]
     start = start + ((sign == ord("-")) | (sign == ord("+")))
     length = stop - start
-    good = _all_in(tokens.text, start, stop, _DIGITS) & (length <= 15)
+    good = (length > 0) & (length <= 15)
     values = np.zeros(len(words), dtype=np.int64)
     for place in range(int(length[good].max(initial=0))):
         more = good & (place < length)
-        digit = tokens.text[np.minimum(start + place, len(tokens.text) - 1)].astype(np.int64) - 48
-        values = np.where(more, values * 10 + digit, values)
+        byte = tokens.text[np.minimum(start + place, len(tokens.text) - 1)]
+        good &= ~more | _DIGITS[byte]
+        values = np.where(more, values * 10 + (byte.astype(np.int64) - 48), values)
     return np.where(sign == ord("-"), -values, values), good
 
 
 def spell_not_finite(tokens: Tokens, words: I64) -> B1:
     """Return which of the few `words` say that there is no finite number: nan, -inf, 1.#QNAN."""
-    spelt = [tokens.text[s:e].tobytes() for s, e in zip(tokens.start[words], tokens.end[words])]
+    spelt = [
+        tokens.text[s:e].tobytes()
+        for s, e in zip(tokens.start[words], tokens.end[words], strict=True)
+    ]
     return np.array([w.lower().lstrip(b"+-") in _NOT_FINITE for w in spelt], dtype=bool)
 
 
 def _all_in(text: U8, start: I64, end: I64, allowed: B1) -> B1:
     """Return which of the words [start, end) have at least one byte, and only allowed ones."""
-    wrong = np.concatenate([[0], np.cumsum(~allowed[text])])
+    wrong = np.concatenate([[0], np.cumsum(~allowed[text], dtype=np.int32)])
     return np.asarray((end > start) & (wrong[end] == wrong[start]))
 
 
-def _numbers(text: U8, start: I64, end: I64) -> F64:
-    """Return the numbers of words made of digits, signs, points and exponents only."""
-    if len(start) == 0:
-        return np.empty(0)
-    buffer = _joined(text, start, end)
-    # numpy's text reader is the fast one; it stops at the first word it cannot read.
-    try:
-        values = _fromstring(buffer)
-    except ValueError:
-        values = np.empty(0)
-    if len(values) == len(start):
-        return values
-    return np.array([_one_number(word) for word in buffer.split()])
-
-
-def _fromstring(buffer: bytes) -> F64:
-    import warnings
-
+def _numbers(buffer: U8) -> F64:
+    """Return the numbers in a text of digits, signs, points and exponents, up to a bad one."""
     with warnings.catch_warnings():
-        # A word that is no number is deprecated there, and an error in later versions.
+        # A word that is no number is deprecated in this reader, and an error in later versions.
         warnings.simplefilter("error", DeprecationWarning)
         try:
-            return np.fromstring(buffer, dtype=np.float64, sep=" ")  # type: ignore[call-overload,no-any-return]
-        except DeprecationWarning as error:
-            raise ValueError(str(error)) from error
+            return np.fromstring(buffer.tobytes(), dtype=np.float64, sep=" ")
+        except (DeprecationWarning, ValueError):
+            return np.empty(0)
 
 
 def _one_number(word: bytes) -> float:
@@ -203,8 +201,8 @@ def _one_number(word: bytes) -> float:
         return float("nan")
 
 
-def _joined(text: U8, start: I64, end: I64) -> bytes:
-    """Return the words [start, end) with one blank after each."""
+def _joined(text: U8, start: I64, end: I64) -> U8:
+    """Return the words [start, end), which ascend, with one blank after each."""
     delta = np.zeros(len(text) + 1, dtype=np.int8)
     delta[start] = 1
     delta[end] -= 1
@@ -212,4 +210,4 @@ def _joined(text: U8, start: I64, end: I64) -> bytes:
     kept[end] = True
     out = text.copy()
     out[end] = 32
-    return out[kept].tobytes()
+    return out[kept]

@@ -25,7 +25,7 @@ def send(stream: BinaryIO, message: dict[str, Any], arrays: Arrays | None = None
     text = json.dumps({"message": message, "arrays": layout}).encode()
     stream.write(_LENGTH.pack(len(text)) + text)
     for a in given.values():
-        stream.write(memoryview(a).cast("B") if a.size else b"")
+        stream.write(a.data.cast("B") if a.size else b"")
     stream.flush()
 
 

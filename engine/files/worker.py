@@ -26,7 +26,7 @@ def main() -> None:
         except EOFError:
             return
         send(outgoing, {"begun": True})
-        limits.die_after(float(job["seconds"]) + 10.0)
+        limits.die_after(4 * float(job["seconds"]) + 10.0)
         _serve(job, arrays, outgoing)
         limits.die_after(0.0)
 
@@ -49,7 +49,7 @@ def _serve(job: dict[str, Any], arrays: Arrays, outgoing: BinaryIO) -> None:
         send(outgoing, {"error": _too_large(job["name"]), "kind": "FileError"})
         # What native code had allocated is gone for good after this: start afresh.
         os._exit(0)
-    except Exception as error:
+    except Exception as error:  # noqa: BLE001
         # A flaw of our own must cost a sentence too, and not the warm process.
         traceback.print_exc()
         send(outgoing, {"error": _unexpected(job, error), "kind": "FileError"})
@@ -67,8 +67,8 @@ def _unexpected(job: dict[str, Any], error: Exception) -> str:
 
 def _too_large(name: str) -> str:
     return (
-        f"“{name}” needs more than {limits.MEMORY / 2**30:.0f} GiB of memory, the most that is used. "
-        "Save it with fewer faces, or as binary PLY."
+        f"“{name}” needs more than {limits.MEMORY / 2**30:.0f} GiB of memory, the most that is "
+        "used. Save it with fewer faces, or as binary PLY."
     )
 
 
@@ -80,7 +80,7 @@ def _private_pipes() -> tuple[BinaryIO, BinaryIO]:
     for descriptor in (0, 1):
         os.dup2(nothing, descriptor)
     os.close(nothing)
-    sys.stdin = sys.stdout = open(os.devnull, "r+")  # noqa: SIM115
+    sys.stdin = sys.stdout = os.fdopen(os.open(os.devnull, os.O_RDWR), "r+")
     return incoming, outgoing
 
 
