@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
 
-from engine.arrays import B1, I64
+from engine.arrays import B1, F64, I64
 from engine.errors import MeshError
 from engine.files import limits
 from engine.files.process import WorkerDiedError, WorkerSlowError, worker
@@ -52,15 +53,26 @@ def remesh(mesh: Mesh, roi: ArrayLike, length: float, run: Run | None = None) ->
         raise MeshError(
             "The remesher stopped without an answer. Choose a smaller region or longer edges."
         ) from None
-    made = Mesh(found["vertices"], found["faces"])
     outside = mesh.topology.used_vertices.copy()
     outside[region.roi] = False
-    if not _rows(mesh.vertices[outside]) <= _rows(made.vertices):
+    vertices = _with_exact_rows(found["vertices"], mesh.vertices[outside], mesh.diagonal)
+    return Mesh(vertices, found["faces"])
+
+
+def _with_exact_rows(vertices: F64, kept: F64, diagonal: float) -> F64:
+    """Return `vertices` with the rows that stand for `kept` (q, 3) put back to the last bit.
+
+    pymeshlab hands untouched positions back with the last bits of near-zero coordinates changed.
+    """
+    distance, place = cKDTree(vertices).query(kept)
+    if len(kept) and (distance.max() > 1e-12 * diagonal or len(np.unique(place)) < len(place)):
         raise MeshError(
             "Remeshing would have moved the mesh outside the region, so nothing was changed. "
             "Choose a larger region."
         )
-    return made
+    exact = vertices.copy()
+    exact[place] = kept
+    return exact
 
 
 def _inner_faces(mesh: Mesh, roi: I64) -> B1:
@@ -71,7 +83,3 @@ def _inner_faces(mesh: Mesh, roi: I64) -> B1:
         near_outside = np.asarray(mesh.topology.adjacency @ (~inside).astype(np.float64)) > 0
         inside &= ~near_outside
     return np.asarray(inside[mesh.faces].all(axis=1))
-
-
-def _rows(points: ArrayLike) -> set[bytes]:
-    return set(np.ascontiguousarray(points, dtype=np.float64).view("V24").ravel().tolist())
