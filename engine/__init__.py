@@ -4,7 +4,8 @@ from engine.archive import Archive, open_archive, save_archive
 from engine.anchors import AnchorPath, anchor_path, trace_anchors
 from engine.arrays import B1, F64, I64
 from engine.data_step import DataStep, ids_from_text, ids_to_text
-from engine.detail import Decomposition, decompose, decompose_stream, decompose_until
+from engine.decomposition import decompose, decompose_stream, decompose_until
+from engine.detail import Decomposition
 from engine.document import Document, Draft, History, HistoryState, Moment
 from engine.edit import EditOptions, SketchEdit, Source, Stroke
 from engine.errors import (

@@ -2,38 +2,64 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from engine.arrays import F64, I64
-from engine.base import Rim, base_shape
-from engine.errors import EngineError
+from engine.base import Rim
 from engine.level import Curve
-from engine.mesh import Mesh
 from engine.region import Region
-from engine.run import Run
-from engine.solve import Factor, factorise
-from engine.spectrum import DENSE_LIMIT, bands
+from engine.solve import Factor
+
+# Partial sums over the modes are kept at every so many: no slider step sums more than these.
+CHUNK = 32
+
+
+@dataclass(frozen=True, eq=False)
+class Anchor:
+    """A surface that is known whole, at a number of modes.
+
+    Parameters
+    ----------
+    count : the number of modes.
+    wave : its highest eigenvalue, 1 / mesh unit squared.
+    surface, delta : (m, 3) positions and Laplacian coordinates.
+    """
+
+    count: int
+    wave: float
+    surface: F64
+    delta: F64
 
 
 @dataclass(frozen=True, eq=False)
 class Decomposition:
-    """A region as base shape plus modes plus the rest; everything in mesh units.
+    """A region as base shape plus modes plus the rest; everything in mesh units, nothing changes.
 
     Parameters
     ----------
     region : the region.
-    factor : K_II, factorised.
+    factor : K_II, factorised (in the region's frame, where K is the same as outside).
     rim : the rule at the rim, "smooth" or "paper".
     base, original : (m, 3) positions of `roi`.
     areas : M_II, (m,).
     delta_base, delta_residual : (m, 3) Laplacian coordinates (Eqs. 9, 11).
     eigenvalues : (k,) ascending, 1 / mesh unit squared.
-    modes : (m, k), M-orthonormal, column-contiguous.
+    modes : (m, k), M-orthonormal, column-contiguous; a prefix of what follows in the stream.
     eta : (k, 3) coefficients of the residual (Eq. 12).
+    partial : surfaces at 0, CHUNK, 2 CHUNK ... modes.
+    rest : surfaces beyond the modes, low-passed without modes (see `engine.lowpass`).
+    curve : cutoff curvature by number of modes.
+    complete : whether all that was asked for is there.
+    report : what was done differently than usual, in plain words; "" when nothing.
+
+    Notes
+    -----
+    Beyond the modes and the surfaces in `rest` what remains is one band, added in proportion: with
+    k between two known surfaces `surface(k)` is on the straight line between them, so that the
+    slider covers 0 to 1 without a jump and level 1 is the original to the last bit.
     """
 
     region: Region
@@ -47,6 +73,8 @@ class Decomposition:
     eigenvalues: F64
     modes: F64
     eta: F64
+    partial: tuple[Anchor, ...]
+    rest: tuple[Anchor, ...]
     curve: Curve
     complete: bool
     report: str = ""
@@ -58,7 +86,7 @@ class Decomposition:
 
     @property
     def m(self) -> int:
-        """Number of vertices that move."""
+        """Number of vertices that move; there are as many modes."""
         return len(self.base)
 
     @property
@@ -69,20 +97,44 @@ class Decomposition:
     def surface(self, k: int) -> F64:
         """Return the surface at k modes, (m, 3): base + sum_{i<k} phi_i eta_i / lambda_i.
 
-        Since K phi = lambda M phi this is what Eqs. 13-15 and the reconstruction of Eq. 6 give.
+        Since K phi = lambda M phi, this is what Eqs. 13-15 and the reconstruction of Eq. 6 give;
+        no equations are solved.
         """
         if k >= self.m:
             return self.original
-        k = min(k, self.k)
+        if k > self.k:
+            low, high, t = self._around(k)
+            return low.surface + t * (high.surface - low.surface)
+        anchor, part = self._chunk(k)
         return np.asarray(
-            self.base + self.modes[:, :k] @ (self.eta[:k] / self.eigenvalues[:k, None])
+            anchor.surface + self.modes[:, part] @ (self.eta[part] / self.eigenvalues[part, None])
         )
 
     def delta(self, k: int) -> F64:
         """Return the Laplacian coordinates of `surface(k)`, (m, 3) (Eq. 15)."""
         if k >= self.m:
             return self.delta_base + self.delta_residual
-        return np.asarray(self.delta_base + self.modes[:, :k] @ self.eta[:k])
+        if k > self.k:
+            low, high, t = self._around(k)
+            return low.delta + t * (high.delta - low.delta)
+        anchor, part = self._chunk(k)
+        return np.asarray(anchor.delta + self.modes[:, part] @ self.eta[part])
+
+    def _chunk(self, k: int) -> tuple[Anchor, slice]:
+        """Return the nearest partial sum below k modes and the modes that it lacks."""
+        k = max(k, 0)
+        anchor = self.partial[min(k // CHUNK, len(self.partial) - 1)]
+        return anchor, slice(anchor.count, k)
+
+    def _around(self, k: int) -> tuple[Anchor, Anchor, float]:
+        """Return the known surfaces below and above k, and where k lies between them in 0..1."""
+        delta = self.delta_base + self.delta_residual
+        last = Anchor(self.m, np.inf, self.original, delta)
+        known = [a for a in self.rest if a.count > self.k]
+        above = next((a for a in known if a.count >= k), last)
+        below = [a for a in known if a.count < k]
+        low = below[-1] if below else Anchor(self.k, 0.0, self.surface(self.k), self.delta(self.k))
+        return low, above, (k - low.count) / (above.count - low.count)
 
     def high(self, k: int) -> F64:
         """Return the Laplacian coordinates that `surface(k)` lacks, (m, 3) (Eq. 14)."""
@@ -93,7 +145,7 @@ class Decomposition:
         return np.asarray(np.linalg.norm(self.delta(k), axis=1) / 2)
 
     def cutoff(self, k: int) -> float:
-        """Return the curvature below which 90 % of the area lies at k modes (Fig. 7)."""
+        """Return the curvature below which 90 % of the area lies at k modes (Figs. 7, 8)."""
         return self.curve.cutoff(k)
 
     def mode_count(self, level: float) -> int:
@@ -105,11 +157,44 @@ class Decomposition:
         return self.curve.level_of(k)
 
     def reaches(self, level: float) -> bool:
-        """Return whether `mode_count(level)` and its surface are settled with the modes so far."""
+        """Return whether `mode_count(level)` and its surface are settled with what is there."""
         return self.curve.reaches(level)
 
+    def wavelength(self, k: int) -> float:
+        """Return the length of the smallest features that k modes hold, 2 pi / sqrt(lambda_k).
+
+        In mesh units; infinite for the base. Beyond the computed modes lambda is taken to grow in
+        proportion to k (Weyl's law).
+        """
+        counts, waves = self._spectrum()
+        if k <= 0 or len(counts) == 1:
+            return float("inf")
+        wave = np.interp(k, counts, waves)
+        if k > counts[-1]:
+            wave = waves[-1] * k / counts[-1]
+        return float(2 * np.pi / np.sqrt(wave))
+
+    def mode_count_at(self, wavelength: float) -> int:
+        """Return how many modes hold all features of at least this length, in mesh units."""
+        if not wavelength > 0:
+            return self.m
+        counts, waves = self._spectrum()
+        wave = (2 * np.pi / wavelength) ** 2
+        if len(counts) == 1 or wave < waves[1]:
+            return 0
+        k = np.interp(wave, waves, counts)
+        if wave > waves[-1]:
+            k = counts[-1] * wave / waves[-1]
+        return int(min(k, self.m))
+
+    def _spectrum(self) -> tuple[F64, F64]:
+        beyond = [a for a in self.rest if a.count > self.k]
+        counts = np.concatenate([np.arange(self.k + 1.0), [a.count for a in beyond]])
+        waves = np.concatenate([[0.0], self.eigenvalues, [a.wave for a in beyond]])
+        return counts, waves
+
     def reconstruct(self, surface_edited: ArrayLike, turned_high: ArrayLike) -> F64:
-        """Return the edited surface with details, (m, 3): x' + K_II^-1 M_II (R delta_high) (Eq. 20).
+        """Return the edited surface with its details: x' + K_II^-1 M_II (R delta_high) (Eq. 20).
 
         Parameters
         ----------
@@ -118,89 +203,3 @@ class Decomposition:
         """
         load = self.areas[:, None] * np.asarray(turned_high, dtype=np.float64)
         return np.asarray(np.asarray(surface_edited, dtype=np.float64) + self.factor.solve(load))
-
-
-def decompose_stream(
-    mesh: Mesh,
-    roi: ArrayLike,
-    modes: int | None = None,
-    rim: Rim = "smooth",
-    run: Run | None = None,
-) -> Iterator[Decomposition]:
-    """Yield the decomposition with the base and no modes first, then with more and more modes.
-
-    Raises
-    ------
-    RegionError, SolveError, Cancelled
-    """
-    run = run or Run()
-    if rim not in ("smooth", "paper"):
-        raise EngineError(f"The rim rule {rim!r} is unknown. Use “smooth” or “paper”.")
-    run.tick(0.0, "Base shape")
-    region = Region(mesh, roi)
-    factor = factorise(region.stiffness_roi)
-    m, s = region.m, region.scale
-    k = region.laplacian.stiffness[:m]
-    local = base_shape(region, factor, rim)
-    original = mesh.vertices[region.roi]
-    offset = local - region.x[:m]
-    areas = region.areas_roi
-    delta_full = (k @ region.x) / areas[:, None] / s
-    delta_residual = -(region.stiffness_roi @ offset) / areas[:, None] / s
-    delta_base = delta_full - delta_residual
-    curve = Curve.start(delta_base, delta_full, areas, m)
-    wanted = min(m, default_modes(m) if modes is None else int(modes))
-    last = Decomposition(
-        region=region, factor=factor, rim=rim, base=original + offset * s, original=original,
-        areas=areas * s * s, delta_base=delta_base, delta_residual=delta_residual,
-        eigenvalues=np.zeros(0), modes=np.zeros((m, 0), order="F"), eta=np.zeros((0, 3)),
-        curve=curve, complete=wanted == 0, report=region.laplacian.report,
-    )  # fmt: skip
-    yield last
-    store = np.zeros((m, wanted), order="F")
-    values, eta = np.zeros(wanted), np.zeros((wanted, 3))
-    done = 0
-    for lam, phi in bands(region.stiffness_roi, areas, wanted, run):
-        b = len(lam)
-        store[:, done : done + b] = phi / s
-        values[done : done + b] = lam / s**2
-        eta[done : done + b] = phi.T @ (areas[:, None] * delta_residual) * s
-        curve = curve.extended(delta_base, store[:, : done + b], eta[: done + b], areas)
-        done += b
-        run.tick(done / max(wanted, 1), "Modes")
-        last = Decomposition(
-            region=region, factor=factor, rim=rim, base=last.base, original=original,
-            areas=last.areas, delta_base=delta_base, delta_residual=delta_residual,
-            eigenvalues=values[:done], modes=store[:, :done], eta=eta[:done],
-            curve=curve, complete=done >= wanted, report=last.report,
-        )  # fmt: skip
-        yield last
-
-
-def decompose(
-    mesh: Mesh,
-    roi: ArrayLike,
-    modes: int | None = None,
-    rim: Rim = "smooth",
-    run: Run | None = None,
-) -> Decomposition:
-    """Return the last item of `decompose_stream`: the base shape and all modes wanted."""
-    *_, last = decompose_stream(mesh, roi, modes, rim, run)
-    return last
-
-
-def decompose_until(
-    mesh: Mesh, roi: ArrayLike, level: float, rim: Rim = "smooth", run: Run | None = None
-) -> Decomposition:
-    """Return the decomposition with just the modes that the level 0..1 needs (none for 0)."""
-    for parts in decompose_stream(mesh, roi, None, rim, run):
-        if parts.reaches(level):
-            break
-    return parts
-
-
-def default_modes(m: int) -> int:
-    """Return how many modes are computed unless told: all of a small region, else 100 to 500."""
-    if m <= DENSE_LIMIT:
-        return m
-    return int(np.clip(10_000_000 // m, 100, 500))

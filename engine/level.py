@@ -11,25 +11,38 @@ from engine.arrays import F64, I64
 
 AREA_SHARE = 0.9
 
+# The part of the slider that counts modes instead of curvature. The running maximum of the cutoff
+# may reach the original's long before the last mode: the surface would jump at level 1.
+COUNT_SHARE = 0.01
+
 
 def cutoff_curvature(delta: F64, areas: F64) -> float:
     """Return the |H| below which 90 % of the area lies; |H| = |delta| / 2 (Fig. 7, note 3)."""
-    h = np.linalg.norm(delta, axis=1) / 2
-    order = np.argsort(h, kind="stable")
+    h = np.sqrt(np.einsum("ij,ij->i", delta, delta)) / 2
+    order = np.argsort(h)
     filled = np.cumsum(areas[order])
     return float(h[order[np.searchsorted(filled, AREA_SHARE * filled[-1])]])
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Cutoff curvature at knots of the number of modes, and its running maximum (Fig. 8).
+    """Cutoff curvature at knots of the number of modes, and the level that they stand for (Fig. 8).
 
     Parameters
     ----------
-    knots : numbers of modes, ascending from 0.
+    knots : numbers of modes, ascending from 0, as far as the modes are known.
     cutoffs : cutoff curvature at each knot, 1 / mesh unit.
     full : cutoff curvature of the original.
     m : number of modes that there can be.
+
+    Notes
+    -----
+    kappa(k) is not monotone (44 of 147 steps of five modes fell on a measured example): its
+    running maximum is taken. What a level means is settled once a knot reaches it, and does not
+    change with what is computed later; until then the last knot and the original are joined by a
+    straight line, so that the slider is alive from the start.
+
+    Source: Orbay et al. 2012, Eq. 16, Figs. 7 and 8; the last symbol of Eq. 16 is kappa_full.
     """
 
     knots: I64
@@ -38,62 +51,65 @@ class Curve:
     m: int
 
     @classmethod
-    def start(cls, delta_base: F64, delta_full: F64, areas: F64, m: int) -> Self:
-        """Return the curve that knows the base and the original only."""
-        base = cutoff_curvature(delta_base, areas)
-        full = cutoff_curvature(delta_full, areas)
-        return cls(np.array([0]), np.array([base]), full, m)
+    def start(cls, base: float, full: float, m: int) -> Self:
+        """Return the curve that knows the cutoffs of base and original only."""
+        return cls(np.array([0], dtype=np.int64), np.array([base]), full, m)
 
-    def extended(self, delta_base: F64, modes: F64, eta: F64, areas: F64) -> Self:
-        """Return the curve with the knots up to the number of columns of `modes`."""
-        known = int(self.knots[-1])
-        new = [k for k in knot_counts(self.m) if known < k <= modes.shape[1] and k < self.m]
-        cut = [cutoff_curvature(delta_base + modes[:, :k] @ eta[:k], areas) for k in new]
-        knots = np.concatenate([self.knots, np.array(new, dtype=np.int64)])
-        cutoffs = np.concatenate([self.cutoffs, np.array(cut)])
-        if modes.shape[1] >= self.m and knots[-1] < self.m:
-            knots, cutoffs = np.append(knots, self.m), np.append(cutoffs, self.full)
-        return replace(self, knots=knots, cutoffs=cutoffs)
+    def with_knots(self, knots: list[int], cutoffs: list[float]) -> Self:
+        """Return the curve with more knots above those it has."""
+        return replace(
+            self,
+            knots=np.concatenate([self.knots, np.array(knots, dtype=np.int64)]),
+            cutoffs=np.concatenate([self.cutoffs, np.array(cutoffs, dtype=np.float64)]),
+        )
 
     @property
     def levels(self) -> F64:
-        """Level 0..1 at each knot: running maximum of the cutoff between base and original."""
-        risen = np.maximum.accumulate(self.cutoffs)
+        """Level 0..1 at each knot."""
+        share = self.knots / self.m
         span = self.full - self.cutoffs[0]
-        if span <= 0:
-            return np.where(self.knots > 0, 1.0, 0.0)
-        return np.asarray(np.clip((risen - self.cutoffs[0]) / span, 0.0, 1.0))
+        if span <= 1e-9 * self.full:
+            return np.asarray(share)
+        risen = (np.maximum.accumulate(self.cutoffs) - self.cutoffs[0]) / span
+        level = (1 - COUNT_SHARE) * np.clip(risen, 0.0, 1.0) + COUNT_SHARE * share
+        return np.where(self.knots >= self.m, 1.0, level)
+
+    @property
+    def _joined(self) -> tuple[I64, F64]:
+        if self.knots[-1] >= self.m:
+            return self.knots, self.levels
+        return np.append(self.knots, self.m), np.append(self.levels, 1.0)
 
     def cutoff(self, k: int) -> float:
-        """Return the cutoff curvature at k modes."""
-        if k >= self.m:
-            return self.full
-        return float(np.interp(k, self.knots, self.cutoffs))
+        """Return the cutoff curvature at k modes; between knots by a straight line."""
+        known = self.knots[-1] >= self.m
+        knots = self.knots if known else np.append(self.knots, self.m)
+        cutoffs = self.cutoffs if known else np.append(self.cutoffs, self.full)
+        return float(np.interp(k, knots, cutoffs))
 
     def reaches(self, level: float) -> bool:
         """Return whether `mode_count(level)` is settled by the knots so far."""
         return level <= 0 or level >= 1 or bool(self.levels[-1] >= level)
 
     def mode_count(self, level: float) -> int:
-        """Return the number of modes that `level` needs."""
-        if level <= 0:
+        """Return the number of modes that `level` needs: 0 at 0, m at 1, never falling between."""
+        if not level > 0:
             return 0
         if level >= 1:
             return self.m
-        i = int(np.searchsorted(self.levels, level))
-        return int(self.knots[min(i, len(self.knots) - 1)])
+        knots, levels = self._joined
+        i = int(np.searchsorted(levels, level))
+        below, above = levels[i - 1], levels[i]
+        part = (level - below) / (above - below)
+        # The hair taken off keeps level_of(k) -> k exact in spite of rounding.
+        return int(np.ceil(knots[i - 1] + part * (knots[i] - knots[i - 1]) - 1e-6))
 
     def level_of(self, k: int) -> float:
-        """Return the level that k modes reach."""
-        if k >= self.m:
-            return 1.0
-        return float(np.interp(k, self.knots, self.levels))
+        """Return the level that k modes reach (inverse of `mode_count`)."""
+        knots, levels = self._joined
+        return float(np.interp(k, knots, levels))
 
 
-def knot_counts(m: int) -> list[int]:
-    """Return the numbers of modes at which the curve is known: all up to 64, then steps of 3 %."""
-    counts, k = [], 0
-    while k < m:
-        counts.append(k)
-        k += max(1, k // 32)
-    return [*counts, m]
+def next_knot(k: int) -> int:
+    """Return the knot after k: every number of modes up to 64, then steps of 3 %."""
+    return k + max(1, k // 32)

@@ -78,8 +78,8 @@ class Region:
             )
         count = int(np.isin(label, loose).sum())
         raise RegionError(
-            f"{len(loose)} of the region's {parts} parts ({count} vertices) cover a whole part of the "
-            "model and have no rim. Leave them out, or leave at least one vertex of each outside."
+            f"{len(loose)} of the region's {parts} parts ({count} vertices) cover a whole part of "
+            "the model and have no rim. Leave them out, or leave a vertex of each outside."
         )
 
     @property
@@ -135,6 +135,22 @@ class Region:
     def stiffness_roi(self) -> sp.csr_array:
         """K_II, (m, m), symmetric positive definite."""
         return sp.csr_array(self.laplacian.stiffness[: self.m][:, : self.m])
+
+    @property
+    def report(self) -> str:
+        """What is different here than usual, in plain words; "" when nothing."""
+        notes = []
+        if len(self.unused):
+            notes.append(
+                f"{len(self.unused)} chosen vertices belong to no face and are left alone."
+            )
+        if len(self.held):
+            notes.append(
+                f"{len(self.held)} chosen vertices on open borders or non-manifold edges are held."
+            )
+        if self.laplacian.report:
+            notes.append(self.laplacian.report)
+        return " ".join(notes)
 
     @property
     def areas_roi(self) -> F64:

@@ -158,7 +158,7 @@ class _Slicer:
         known = len(self.edge.values)
         top = float(self.edge.values[-1]) if known else self.edge.value
         top_count = self.edge.count + known
-        # Weyl's law is N = a lambda - b sqrt(lambda): the slope of the upper half is the best guide.
+        # Weyl's law is N = a lambda - b sqrt(lambda): the slope of the upper half guides best.
         old, old_count = max((p for p in self.seen if p[0] <= top / 2), default=(0.0, 0))
         density = (top_count - old_count) / (top - old)
         return float(max(top + (count - top_count) / density, self.edge.value * 1.0001))

@@ -7,8 +7,10 @@ the cores, and would make the last bits of a result depend on the machine's load
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
+from itertools import islice
 from typing import TypeVar
 
 import scipy.linalg  # noqa: F401  (its own BLAS must be loaded before the limit is set)
@@ -17,6 +19,7 @@ import threadpoolctl
 from engine.errors import Cancelled
 from engine.run import Run
 
+A = TypeVar("A")
 T = TypeVar("T")
 
 POLL_SECONDS = 0.02
@@ -29,6 +32,19 @@ def while_polling(run: Run, work: Callable[[], T]) -> T:
     pool = ThreadPoolExecutor(1, thread_name_prefix="engine")
     try:
         return results(run, [pool.submit(work)])[0]
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+
+
+def two_at_a_time(run: Run, work: Callable[[A], T], inputs: Iterable[A]) -> Iterator[T]:
+    """Yield work(input) for every input in order; while one is awaited the next is under way."""
+    pool = ThreadPoolExecutor(2, thread_name_prefix="engine")
+    source = iter(inputs)
+    jobs = deque(pool.submit(work, given) for given in islice(source, 2))
+    try:
+        while jobs:
+            yield results(run, [jobs.popleft()])[0]
+            jobs.extend(pool.submit(work, given) for given in islice(source, 1))
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
 
