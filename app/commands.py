@@ -29,9 +29,20 @@ def commands(window: Window) -> list[Action]:
 
 def _file(window: Window) -> list[Action]:
     menu = "File"
+
+    def restore() -> None:
+        if window.safety is not None:
+            window.safety.restore_set_aside()
+
     return [
         Action("file.open", "Open…", window.ask_open, ("Ctrl+O",), "mdi6.folder-open-outline",
                menu=menu),
+        Action("file.save", "Save", window.documents.save, ("Ctrl+S",), "mdi6.content-save-outline",
+               with_document, menu),
+        Action("file.save_as", "Save as…", window.documents.save_as, ("Ctrl+Shift+S",), "",
+               with_document, menu),
+        Action("file.restore", "Restore unsaved work…", restore, (), "mdi6.history",
+               lambda _document: window.safety is not None, menu),
         Action("file.export", "Export mesh…", window.ask_export, ("Ctrl+E",), "mdi6.export",
                with_document, menu),
         Action("file.recipe", "Save recipe…", window.ask_recipe, (), "mdi6.script-text-outline",

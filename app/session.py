@@ -27,7 +27,9 @@ from engine import (
     Source,
     Step,
 )
+from engine.archive import DOCUMENT_SUFFIX, Archive, open_archive
 from engine.arrays import F64
+from plugins.registry import kinds
 
 log = logging.getLogger(__name__)
 
@@ -41,6 +43,7 @@ class Session(QObject):
     Signals
     -------
     opened : another mesh is open; its history has begun.
+    unpacked(archive) : what is open came from a document file, with what else was in it.
     imported(report) : the file was not taken as it stood; the report says what was done.
     document_changed : `document` is another one than before.
     shown_changed(flowing) : `shown` moved; `flowing` when it should be seen to move there.
@@ -52,6 +55,7 @@ class Session(QObject):
     """
 
     opened = Signal()
+    unpacked = Signal(object)
     imported = Signal(object)
     document_changed = Signal()
     shown_changed = Signal(bool)
@@ -291,7 +295,10 @@ class Session(QObject):
     # ---- files
 
     def open(self, path: Path) -> None:
-        """Open a mesh in the background; the document stays until it is there."""
+        """Open a mesh or a document in the background; what is open stays until it is there."""
+        if path.suffix.lower() == DOCUMENT_SUFFIX:
+            self._open_document(path)
+            return
 
         def done(imported: Any) -> None:
             self.start(Document.open(imported.mesh, path.name), path=path)
@@ -301,6 +308,19 @@ class Session(QObject):
 
         self.jobs.submit(
             "file", lambda run: engine.open_file(path, run=run), done, self.report, priority=1
+        )
+        self.busy_changed.emit()
+
+    def _open_document(self, path: Path) -> None:
+        def done(archive: Archive) -> None:
+            # What was lost of a damaged file may yet be wanted: it is not saved over.
+            self.take_up(archive.history, None if archive.report else path)
+            self.unpacked.emit(archive)
+            if archive.report:
+                self.fail(" ".join(archive.report))
+
+        self.jobs.submit(
+            "file", lambda _run: open_archive(path, kinds()), done, self.report, priority=1
         )
         self.busy_changed.emit()
 

@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
 
 from app.actions import Actions
 from app.commands import commands
+from app.documents import Documents
 from app.hint import HintLine
 from app.look import Appearance, Theme
 from app.palette import Palette
@@ -30,6 +31,8 @@ from app.panels.edit import EditPanel
 from app.panels.level import LevelPanel
 from app.panels.steps import StepsPanel
 from app.panels.toolbar import ToolRail, ToolStrip
+from app.places import state_folder
+from app.safety import Safety
 from app.session import Session
 from app.stage import Stage
 from app.status import Status
@@ -41,7 +44,7 @@ from plugins.registry import Failure, find_tools
 PANEL_WIDTH = 304
 FIRST_SIZE = (1280, 860)
 RECENT = 8
-OPENS = "Meshes (*.obj *.ply *.stl *.off *.3mf);;All files (*)"
+OPENS = "Meshes and documents (*.eigenform *.obj *.ply *.stl *.off *.3mf);;All files (*)"
 EXPORTS = "PLY, exact (*.ply);;Wavefront OBJ (*.obj);;STL (*.stl);;OFF (*.off);;3MF (*.3mf)"
 
 
@@ -59,6 +62,8 @@ class Window(QMainWindow):
         self.failures: tuple[Failure, ...] = found.failures
         self.toolhost = ToolHost(self.session, self.viewport, found.items, self)
         self.stage = Stage(self.session, self.viewport, self)
+        self.documents = Documents(self.session, self.viewport, self)
+        self.safety: Safety | None = None
         self.actions_table = Actions(self, self.viewport)
         self.hint = HintLine(self.viewport)
         self.level = LevelPanel(self.session, self)
@@ -161,7 +166,7 @@ class Window(QMainWindow):
         self.rail.refresh()
         self.strip.refresh()
         self.hint.set_hint(self._hint(document))
-        self.setWindowTitle(f"{document.name} – Eigenform" if document else "Eigenform")
+        self.setWindowTitle(f"{document.name}[*] – Eigenform" if document else "Eigenform")
 
     def _hint(self, document: Document | None) -> str:
         if document is None:
@@ -184,6 +189,12 @@ class Window(QMainWindow):
         document = self.session.document
         if document is not None:
             self.session.slide_level(document.draft.level + by)
+
+    def keep_safe(self, folder: Path) -> None:
+        """Keep a journal in `folder`, catch crashes, and offer what earlier runs left there."""
+        self.safety = Safety(self, folder)
+        self.safety.watch.start()
+        self.safety.look_for_work()
 
     # ---- files
 
@@ -317,6 +328,7 @@ def main(path: Path | None = None) -> int:
     app = application()
     choice = QSettings().value("look/theme", "system")
     window = Window(Appearance(app, str(choice)))
+    window.keep_safe(state_folder())
     window.show()
     QTimer.singleShot(0, lambda: window.session.open(path or sample_path("vase")))
     return app.exec()

@@ -36,6 +36,7 @@ from engine.recipe import Kinds
 if TYPE_CHECKING:
     from typing_extensions import Buffer
 
+DOCUMENT_SUFFIX = ".eigenform"
 FORMAT_VERSION = 1
 MIMETYPE = b"application/x-eigenform"
 MANIFEST, MANIFEST_COPY = "manifest.json", "manifest-copy.json"
@@ -111,7 +112,7 @@ def save_archive(
 
     target = Path(path)
     sweep_strays(real_target(target).parent)
-    with beside(target, ".eigenform") as part:
+    with beside(target, DOCUMENT_SUFFIX) as part:
         with part.open("r+b") as file:
             _write(file, text, arrays, kept)
             file.flush()

@@ -47,15 +47,21 @@ class Scribe:
         self._thread = threading.Thread(target=self._serve, name="scribe", daemon=True)
         self._thread.start()
 
-    def begin(self, state: HistoryState, safe_in: str | None = None) -> None:
+    def begin(
+        self,
+        state: HistoryState,
+        safe_in: str | None = None,
+        then: Callable[[], None] | None = None,
+    ) -> None:
         """Take up another document; the journal of the one before must have been ended.
 
         Parameters
         ----------
         state : its history.
         safe_in : the file that holds all of it; None when it is nowhere else yet.
+        then : called in the scribe's thread once all of it is on the disk.
         """
-        self._order("begin", lambda: self._begin(state, safe_in))
+        self._order("begin", lambda: self._begin(state, safe_in, then))
 
     def write(self, state: HistoryState) -> None:
         """Write what is new; a state that waits is passed over for a newer one."""
@@ -133,12 +139,17 @@ class Scribe:
             self._on_problem(sentence)
         self._failed_at = time.monotonic()
 
-    def _begin(self, state: HistoryState, safe_in: str | None) -> None:
+    def _begin(
+        self, state: HistoryState, safe_in: str | None, then: Callable[[], None] | None
+    ) -> None:
         self._journal = Journal(self._folder)
         self._journal.write(state)
         if safe_in is not None:
             self._journal.saved(safe_in, state)
         self._unsynced = True
+        if then is not None:
+            self._sync()
+            then()
 
     def _write(self, state: HistoryState) -> None:
         if self._journal is None:

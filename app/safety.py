@@ -1,0 +1,194 @@
+"""Safety: what keeps work from being lost, plugged into a window."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QEvent, QObject, Qt, Signal, Slot
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QMessageBox
+
+from app.autosave import Autosave
+from app.crash import CrashDialog, CrashWatch, native_crashes
+from app.recovery_bar import RecoveryBar, RecoveryOffers
+from engine.journal import Recoverable, recover
+from plugins.registry import kinds
+
+if TYPE_CHECKING:
+    from app.window import Window
+
+log = logging.getLogger(__name__)
+
+
+class Safety(QObject):
+    """Journal, recovery, crash window, and the question on closing.
+
+    Parameters
+    ----------
+    window : it is watched; nothing in it needs to know of this.
+    folder : the state folder.
+
+    Signals
+    -------
+    looked : everything left by earlier runs has been looked at.
+    """
+
+    looked = Signal()
+    _found = Signal(object, object)
+
+    def __init__(self, window: Window, folder: Path) -> None:
+        super().__init__(window)
+        self._window = window
+        self._folder = folder
+        self._leaving = False
+        self._dialog: CrashDialog | None = None
+        self._question: QMessageBox | None = None
+        self._search: threading.Thread | None = None
+        self.autosave = Autosave(window.session, folder, self)
+        self.autosave.problem.connect(self._journal_fails)
+        self.autosave.set_aside.connect(self._was_set_aside)
+        self.autosave.unsaved_changed.connect(self._mark)
+        window.documents.saved.connect(self.autosave.saved)
+        self.bar = RecoveryBar(window.viewport)
+        self.offers = RecoveryOffers(self.bar, self.autosave.restore, self)
+        self.watch = CrashWatch(folder, self)
+        self.watch.crashed.connect(self._crashed)
+        self._found.connect(self._offer, Qt.ConnectionType.QueuedConnection)
+        window.installEventFilter(self)
+        application = QGuiApplication.instance()
+        if isinstance(application, QGuiApplication):
+            application.commitDataRequest.connect(
+                self._system_ends, Qt.ConnectionType.DirectConnection
+            )
+
+    # ---- what earlier runs left
+
+    def look_for_work(self, *, set_aside: bool = False) -> None:
+        """Look for what can be restored, in the background, and offer it.
+
+        Parameters
+        ----------
+        set_aside : also what the person once chose not to save.
+        """
+        if self._search is not None and self._search.is_alive():
+            return
+        self.offers.release()
+
+        def search() -> None:
+            crashes = native_crashes(self._folder)
+            offered: list[Recoverable] = []
+            for found in recover(self.autosave.folder, kinds()):
+                if found.why == "set aside" and not set_aside:
+                    found.release()
+                else:
+                    offered.append(found)
+            self._found.emit(offered, crashes)
+
+        self._search = threading.Thread(target=search, name="recovery", daemon=True)
+        self._search.start()
+
+    def restore_set_aside(self) -> None:
+        """Offer everything that was not saved, asked for by the person."""
+        self.look_for_work(set_aside=True)
+        self._window.session.noticed.emit("Looking for unsaved work")
+
+    @Slot(object, object)
+    def _offer(self, found: list[Recoverable], crashes: list[str]) -> None:
+        if self._leaving:
+            for one in found:
+                one.release()
+            return
+        self.offers.offer(found, crashes)
+        self.looked.emit()
+
+    # ---- while it runs
+
+    def _crashed(self, report: str) -> None:
+        if self._dialog is not None:
+            self._dialog.add(report)
+            return
+        open_document = self._window.session.document is not None
+        save = self._window.documents.save_copy if open_document else None
+        self._dialog = CrashDialog(report, save, self._window)
+        self._dialog.destroyed.connect(self._forget_dialog)
+        self._dialog.show()
+
+    def _forget_dialog(self) -> None:
+        self._dialog = None
+
+    def _journal_fails(self, sentence: str) -> None:
+        if sentence:
+            self._window.session.fail(sentence)
+
+    def _was_set_aside(self, name: str) -> None:
+        self._window.session.noticed.emit(
+            f"Your changes to “{name}” are kept: File, Restore unsaved work"
+        )
+
+    def _mark(self) -> None:
+        self._window.setWindowModified(self.autosave.worth_asking)
+
+    # ---- closing
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Ask before unsaved work is closed; a draft alone is kept without a word."""
+        if watched is self._window and event.type() == QEvent.Type.Close:
+            if self.autosave.worth_asking and not self._leaving:
+                event.ignore()
+                self._ask()
+                return True
+            self.leave()
+        return super().eventFilter(watched, event)
+
+    def leave(self) -> None:
+        """End the journal as the person decided, and let go of everything."""
+        if not self._leaving:
+            self._leaving = True
+            keep = "set aside" if self.autosave.unsaved else None
+            self.autosave.end(keep)
+        self.offers.release()
+        self.watch.stop()
+        if self._search is not None:
+            self._search.join(10)
+
+    def _ask(self) -> None:
+        if self._question is not None:
+            self._question.raise_()
+            return
+        document = self._window.session.document
+        name = document.name if document is not None else ""
+        question = QMessageBox(self._window)
+        question.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        question.setIcon(QMessageBox.Icon.NoIcon)
+        question.setText(f"Save your changes to “{name}”?")
+        question.setInformativeText(
+            "Without saving they stay for a week under File, Restore unsaved work."
+        )
+        standard = QMessageBox.StandardButton
+        question.setStandardButtons(standard.Save | standard.Discard | standard.Cancel)
+        question.setDefaultButton(standard.Save)
+        question.button(standard.Discard).setText("Don't save")
+        question.finished.connect(self._answered)
+        self._question = question
+        question.open()
+
+    def _answered(self, answer: int) -> None:
+        self._question = None
+        standard = QMessageBox.StandardButton
+        if answer == standard.Save:
+            self._window.documents.save(then=self._close_unasked)
+        elif answer == standard.Discard:
+            self._close_unasked()
+
+    def _close_unasked(self) -> None:
+        self.leave()
+        self._window.close()
+
+    def _system_ends(self) -> None:
+        """The person logs out: nobody can answer now, so the next start offers the work."""
+        if not self._leaving:
+            self._leaving = True
+            self.autosave.end("closed" if self.autosave.unsaved else None)
