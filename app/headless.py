@@ -19,7 +19,13 @@ from engine import (
     open_file,
     save,
 )
-from engine.measure import edge_stretch, feature_amplitude, rim_dihedral, target_error
+from engine.measure import (
+    edge_stretch,
+    feature_amplitude,
+    feature_heights,
+    rim_dihedral,
+    target_error,
+)
 from plugins.registry import kinds
 
 
@@ -98,8 +104,13 @@ def sketch_figures(edit: SketchEdit, before: Mesh, after: Mesh, run: Run) -> dic
     level_before = before.vertices.copy()
     level_before[roi] = prepared.decomposition.surface(prepared.k)
     plain, bent = before.with_vertices(level_before), before.with_vertices(result.level_vertices)
-    amplitude = feature_amplitude(plain, before, roi)
-    kept = feature_amplitude(bent, after, roi)
+    parts = prepared.decomposition
+    amplitude, kept = (
+        feature_amplitude(
+            feature_heights(below, whole, roi), parts.areas, parts.region.stiffness_roi
+        )
+        for below, whole in ((plain, before), (bent, after))
+    )
     return {
         "region_vertices": len(roi),
         "level": edit.level,

@@ -6,7 +6,7 @@ import os
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,9 @@ from app.look.colours import LIGHT, ROLE_COLOURS, Theme, rgb8
 from engine.arrays import F64, I64
 from engine.mesh import Mesh
 from engine.view import View
+
+if TYPE_CHECKING:
+    from app.viewport.picking import Sight
 
 SUPERSAMPLING = 2  # drawn so many times larger, then averaged: smooth edges on any driver
 INK_WIDTH = 3.0
@@ -99,16 +102,70 @@ class Studio:
             scene.move(vertices, None)
         scene.set_region(region)
         scene.set_map(colours)
-        for i, curve in enumerate(curves):
-            scene.show_curve(str(i), curve.points, curve.role)
+        rods = [actor for curve in curves for actor in self._rod(curve, view)]
+        for actor in rods:
+            self._renderer.AddActor(actor)
         self._window.SetSize(width * SUPERSAMPLING, height * SUPERSAMPLING)
         aim(self._renderer.GetActiveCamera(), view, scene.placement, scene.radius)
         self._window.Render()
         image = Image.fromarray(self._pixels())
-        for i in range(len(curves)):
-            scene.hide_curve(str(i))
+        for actor in rods:
+            self._renderer.RemoveActor(actor)
         draw_ink(image, inks, self.scale * SUPERSAMPLING, self.theme)
         return image.resize((width, height), Image.Resampling.LANCZOS)
+
+    def _rod(self, curve: Curve, view: View) -> list[Any]:
+        """Return actors of a round rod along a curve, with a bead at each anchor.
+
+        They are real geometry, half sunk into the form, so that the form hides what lies behind it.
+        """
+        from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
+
+        from app.viewport.curves import smooth_curve
+
+        points = self._scene.placement.to_scene(curve.points)
+        pixel = self._scene.placement.scale * mesh_units_per_pixel(view, curve.points)
+        colour = np.array(rgb8(ROLE_COLOURS[curve.role])) / 255
+        shapes = [(tube(smooth_curve(points), 2.3 * pixel), colour)]
+        shapes.append((beads(points, 3.3 * pixel), 0.5 + 0.5 * colour))
+        shapes.append((beads(points[[0, -1]], 6.5 * pixel), colour))
+        actors = []
+        for shape, shade in shapes:
+            mapper = vtkPolyDataMapper()
+            mapper.SetInputConnection(shape.GetOutputPort())
+            mapper.ScalarVisibilityOff()
+            actor = vtkActor()
+            actor.SetMapper(mapper)
+            look = actor.GetProperty()
+            look.SetColor(*shade)
+            look.SetAmbient(0.35)
+            look.SetDiffuse(0.75)
+            actors.append(actor)
+        return actors
+
+    def sight(self, view: View) -> Sight:
+        """Return which triangles are seen through `view`, one pixel of the view each."""
+        from app.viewport.idimage import capture
+        from app.viewport.picking import Sight
+
+        surface, placement = self._scene.surface, self._scene.placement
+        assert surface is not None
+        width, height = (round(s) for s in view.size)
+        self._window.SetSize(width, height)
+        aim(self._renderer.GetActiveCamera(), view, placement, self._scene.radius)
+        self._window.Render()
+        ids = capture(self._window, self._renderer, surface.actor)[::-1]
+        return Sight(
+            ids=np.ascontiguousarray(ids),
+            view=View(view.matrix, (width, height)),
+            scale=1.0,
+            vertices=placement.to_mesh(surface.positions),
+            faces=surface.faces,
+        )
+
+    def move(self, vertices: F64) -> None:
+        """Give the form other positions (n, 3)."""
+        self._scene.move(vertices, None)
 
     def _pixels(self) -> NDArray[np.uint8]:
         from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -156,6 +213,57 @@ def aim(camera: Any, view: View, placement: Any, radius: float) -> None:
     camera.SetViewUp(*(y[:3] / np.linalg.norm(y[:3])))
     far = along + radius
     camera.SetClippingRange(max(along - radius, far / 5000), far)
+
+
+def mesh_units_per_pixel(view: View, points: F64) -> float:
+    """Return the length that one pixel spans at the middle of `points` (p, 3)."""
+    depth = float(view.depth(points.mean(axis=0)[None])[0])
+    return 2 * depth / (view.size[1] * float(np.linalg.norm(view.matrix[1, :3])))
+
+
+def tube(points: F64, radius: float) -> Any:
+    """Return a VTK source of a round tube along a polyline (p, 3)."""
+    from vtkmodules.vtkCommonCore import vtkPoints
+    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+    from vtkmodules.vtkFiltersCore import vtkTubeFilter
+
+    places = vtkPoints()
+    cells = vtkCellArray()
+    cells.InsertNextCell(len(points))
+    for x in points:
+        cells.InsertCellPoint(places.InsertNextPoint(*x))
+    line = vtkPolyData()
+    line.SetPoints(places)
+    line.SetLines(cells)
+    round_line = vtkTubeFilter()
+    round_line.SetInputData(line)
+    round_line.SetRadius(radius)
+    round_line.SetNumberOfSides(20)
+    round_line.CappingOn()
+    return round_line
+
+
+def beads(points: F64, radius: float) -> Any:
+    """Return a VTK source of balls at `points` (p, 3)."""
+    from vtkmodules.vtkCommonCore import vtkPoints
+    from vtkmodules.vtkCommonDataModel import vtkPolyData
+    from vtkmodules.vtkFiltersCore import vtkGlyph3D
+    from vtkmodules.vtkFiltersSources import vtkSphereSource
+
+    places = vtkPoints()
+    for x in points:
+        places.InsertNextPoint(*x)
+    cloud = vtkPolyData()
+    cloud.SetPoints(places)
+    ball = vtkSphereSource()
+    ball.SetRadius(radius)
+    ball.SetThetaResolution(24)
+    ball.SetPhiResolution(16)
+    copies = vtkGlyph3D()
+    copies.SetInputData(cloud)
+    copies.SetSourceConnection(ball.GetOutputPort())
+    copies.ScalingOff()
+    return copies
 
 
 def draw_ink(image: Image.Image, inks: Sequence[Ink], scale: float, theme: Theme) -> None:

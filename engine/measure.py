@@ -7,11 +7,16 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+import scipy.sparse as sp
 
 from engine.arrays import B1, F64, I64
 from engine.mesh import Mesh
-from engine.operators import vertex_areas
+from engine.solve import factorise
 from engine.view import View
+
+
+FEATURES_PER_SIZE = 3.0
+"""What has this many waves or more over the region's size (the root of its area) is a feature."""
 
 
 class Aimed(Protocol):
@@ -37,7 +42,7 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Amplitude:
-    """Height of the features over the surface without them, along its normals, mesh units.
+    """Height of the features of a region, along the normals of the form below, mesh units.
 
     `rms` is the area-weighted root of the mean square, `p95` the 95th percentile of the magnitude.
     """
@@ -135,19 +140,29 @@ def feature_heights(plain: Mesh, featured: Mesh, ids: I64) -> F64:
     return np.asarray((offset * plain.vertex_normals[ids]).sum(axis=1))
 
 
-def feature_amplitude(plain: Mesh, featured: Mesh, ids: I64) -> Amplitude:
-    """Return how high the features of a region stand; parameters as in `feature_heights`.
+def feature_amplitude(heights: F64, areas: F64, stiffness: sp.csr_array) -> Amplitude:
+    """Return how high the features of a region stand, whatever swells more slowly left out.
 
-    Measured before an edit against the surface at the edit's level, and after it against the
-    deformed surface at that level, it says how much of the features' height was kept.
+    The heights above a fair surface hold broad swells too, which are form and no feature. They are
+    taken off by `(M + t^2 K M^-1 K) swell = M h`, which halves what is as long as a third of the
+    region's size. Measured before an edit, against the surface at its level, and after it, against
+    the deformed surface, both with the areas and stiffness of the region before the edit, it says
+    how much of the features' height was kept.
+
+    Parameters
+    ----------
+    heights : (m,) from `feature_heights`.
+    areas, stiffness : (m,) M_II and (m, m) K_II of the region before the edit.
     """
-    if len(ids) == 0:
+    total = float(areas.sum())
+    if len(heights) == 0 or total <= 0:
         return Amplitude(0.0, 0.0)
-    height = feature_heights(plain, featured, ids)
-    area = vertex_areas(plain)[ids]
-    total = float(area.sum())
-    mean_square = float(area @ height**2) / total if total > 0 else 0.0
-    return Amplitude(float(np.sqrt(mean_square)), float(np.percentile(np.abs(height), 95)))
+    t = total / (2 * np.pi * FEATURES_PER_SIZE) ** 2
+    bending = stiffness @ sp.diags_array(t**2 / areas) @ stiffness
+    fair = factorise(sp.csr_array(sp.diags_array(areas) + bending))
+    fine = heights - fair.solve(areas * heights)
+    rms = float(np.sqrt(areas @ fine**2 / total))
+    return Amplitude(rms, float(np.percentile(np.abs(fine), 95)))
 
 
 def _mask(n: int, ids: I64) -> B1:
