@@ -116,7 +116,12 @@ class Eye:
         """
         low, high = points.min(axis=0), points.max(axis=0)
         corners = np.array(
-            [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
+            [
+                [x, y, z]
+                for x in (low[0], high[0])
+                for y in (low[1], high[1])
+                for z in (low[2], high[2])
+            ]
         )
         seen = (points if len(points) < 100_000 else corners) @ self.axes.T
         least, most = seen.min(axis=0), seen.max(axis=0)
@@ -143,11 +148,13 @@ class Eye:
 
     def same_as(self, other: Eye) -> bool:
         """Whether both give the same picture."""
-        return (
-            bool((self.centre == other.centre).all())
-            and (self.distance, self.azimuth, self.elevation, self.perspective, self.up)
-            == (other.distance, other.azimuth, other.elevation, other.perspective, other.up)
-        )
+        return bool((self.centre == other.centre).all()) and (
+            self.distance,
+            self.azimuth,
+            self.elevation,
+            self.perspective,
+            self.up,
+        ) == (other.distance, other.azimuth, other.elevation, other.perspective, other.up)
 
     def apply(self, camera: Any, radius: float) -> None:
         """Put a vtkCamera where this eye is.

@@ -142,12 +142,15 @@ def _tube(points: F64) -> tuple[F64, I64]:
     """Return unit offsets (p, s, 3) of rings about a line, and the triangles between them."""
     along = np.gradient(points, axis=0) if len(points) > 1 else np.array([[0.0, 0.0, 1.0]])
     length = np.linalg.norm(along, axis=1, keepdims=True)
-    along = np.divide(along, length, out=np.tile([0.0, 0.0, 1.0], (len(points), 1)), where=length > 0)
+    along = np.divide(
+        along, length, out=np.tile([0.0, 0.0, 1.0], (len(points), 1)), where=length > 0
+    )
     side = _transported(along)
     up = np.cross(along, side)
     angle = 2 * np.pi * np.arange(_SIDES) / _SIDES
     around = (
-        np.cos(angle)[None, :, None] * side[:, None, :] + np.sin(angle)[None, :, None] * up[:, None, :]
+        np.cos(angle)[None, :, None] * side[:, None, :]
+        + np.sin(angle)[None, :, None] * up[:, None, :]
     )
     k = np.arange(len(points) - 1)[:, None] * _SIDES
     a, b = np.arange(_SIDES)[None, :], (np.arange(_SIDES)[None, :] + 1) % _SIDES

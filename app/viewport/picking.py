@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QImage, QPainter, QPolygonF
 
-from app.viewport.visibility import facing, touched, visible
+from app.viewport.visibility import deepest, facing, touched, visible
 from engine.arrays import B1, F64, I64
 from engine.view import View
 from plugins.api import Hit
@@ -108,7 +108,11 @@ class Sight:
         return touched(self.faces, outside, n), touched(self.faces, ~outside, n)
 
     def _visible(self, candidates: I64) -> B1:
-        return visible(candidates, self.ids, self.screen, self.faces, *self._sides)
+        return visible(candidates, self.ids, self.screen, self.faces, *self._sides, self._deepest)
+
+    @cached_property
+    def _deepest(self) -> NDArray[np.float32]:
+        return deepest(self.ids, self.screen, self.faces)
 
     def face_at(self, x: float, y: float) -> int:
         """Return the id of the triangle seen at a logical pixel, or -1."""
@@ -118,26 +122,41 @@ class Sight:
 
     def pick(self, x: float, y: float) -> Hit | None:
         """Return the face, its nearest vertex and the point on it at a logical pixel."""
-        face = self.face_at(x, y)
-        if face < 0:
+        middle = self.face_at(x, y)
+        if middle < 0:
             return None
-        point = self._on_face(face, x, y)
+        face, shares = self._under(x, y, middle)
         corners = self.faces[face]
         distance = np.linalg.norm(self.screen[corners, :2] - np.array([x, y]) * self.scale, axis=1)
+        point = shares @ np.asarray(self.vertices[corners], dtype=np.float64)
         return Hit(face, int(corners[np.argmin(distance)]), point)
 
-    def _on_face(self, face: int, x: float, y: float) -> F64:
-        """Return the point (3,) of `face` that projects to a pixel, held within the triangle."""
+    def _under(self, x: float, y: float, middle: int) -> tuple[int, F64]:
+        """Return the nearest seen triangle that covers a point, and the point's shares of its corners.
+
+        The image tells what is seen in the middle of a pixel; elsewhere in the pixel it may be a
+        neighbour. When none covers the point, it is moved into the triangle seen in the middle.
+        """
+        i, j = int(np.floor(x * self.scale)), int(np.floor(y * self.scale))
+        around = self.ids[max(0, j - 1) : j + 2, max(0, i - 1) : i + 2]
+        found, best = middle, -np.inf
+        for face in np.unique(around[around >= 0]):
+            shares = self._shares(int(face), x, y)
+            depth = -float(shares @ self.screen[self.faces[face], 2])
+            if shares.min() >= -1e-9 and depth > best:
+                found, best = int(face), depth
+        shares = np.clip(self._shares(found, x, y), 0.0, 1.0)
+        return found, shares / shares.sum()
+
+    def _shares(self, face: int, x: float, y: float) -> F64:
+        """Return barycentric shares b (3,) of `face` at a pixel: P(corners' b) = (x, y), sum b = 1."""
         corners = np.asarray(self.vertices[self.faces[face]], dtype=np.float64)
         p = self.view.pixel_matrix
         rows = np.stack([p[0] - x * p[2], p[1] - y * p[2]])
-        # Barycentric b with rows . (corners^T b, 1) = 0 and sum b = 1.
         system = np.vstack([rows[:, :3] @ corners.T + rows[:, 3:], np.ones(3)])
-        scale = np.abs(system[:2]).max(axis=1, keepdims=True)
-        system[:2] /= np.where(scale > 0, scale, 1.0)
-        b = np.linalg.lstsq(system, np.array([0.0, 0.0, 1.0]), rcond=None)[0]
-        b = np.clip(b, 0.0, 1.0)
-        return np.asarray(corners.T @ (b / b.sum()))
+        size = np.abs(system[:2]).max(axis=1, keepdims=True)
+        system[:2] /= np.where(size > 0, size, 1.0)
+        return np.asarray(np.linalg.lstsq(system, np.array([0.0, 0.0, 1.0]), rcond=None)[0])
 
     def faces_under(self, path: ArrayLike) -> I64:
         """Return ids of the triangles seen below a path (p, 2), in its order.

@@ -10,12 +10,12 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
 from scipy.spatial import cKDTree
 
 from engine.arrays import B1, F64, I64
 
 _AROUND = [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)]
-_SMALL = 3.0  # px: triangles within this of their middle may be missing in the image
 _HAIR = 1e-9
 
 
@@ -32,8 +32,31 @@ def touched(faces: I64, chosen: B1, n: int) -> B1:
     return mask
 
 
+def deepest(ids: NDArray[np.int32], screen: F64, faces: I64) -> NDArray[np.float32]:
+    """Return a depth behind which nothing is seen in the nine pixels around each, (h, w).
+
+    The deepest corner of the triangles seen there, and twice their spread more; infinite beside the
+    background.
+    """
+    seen = np.zeros(len(faces), dtype=bool)
+    seen[ids[ids >= 0]] = True
+    used = np.flatnonzero(seen)
+    depth = screen[faces[used], 2].astype(np.float32)
+    most, least = depth.max(axis=1), depth.min(axis=1)
+    # The last entry is what the id -1 of the background finds.
+    limit = np.full(len(faces) + 1, np.inf, dtype=np.float32)
+    limit[used] = most + 2 * (most - least) + 1e-6
+    return np.asarray(maximum_filter(limit[ids], size=3, mode="nearest"))
+
+
 def visible(
-    candidates: I64, ids: NDArray[np.int32], screen: F64, faces: I64, front: B1, back: B1
+    candidates: I64,
+    ids: NDArray[np.int32],
+    screen: F64,
+    faces: I64,
+    front: B1,
+    back: B1,
+    limit: NDArray[np.float32],
 ) -> B1:
     """Return which of `candidates` are seen, (k,).
 
@@ -43,17 +66,28 @@ def visible(
     ids : (h, w) the triangle seen at each pixel, -1 for none, row 0 on top.
     screen : (n, 3) pixels x, y and depth of all vertices.
     front, back : (n,) whether a vertex has a triangle seen from outside, or from inside.
+    limit : (h, w) what `deepest` gives.
     """
     place = screen[candidates]
+    px, py = place[:, 0].astype(np.int64), place[:, 1].astype(np.int64)
+    middle = ids[py, px]
+    result = (middle >= 0) & (faces[middle] == candidates[:, None]).any(axis=1)
+    open_questions = np.flatnonzero(~result & (place[:, 2] <= limit[py, px] + _HAIR))
+    result[open_questions] = _looked_at(candidates[open_questions], ids, screen, faces, front, back)
+    return result
+
+
+def _looked_at(
+    candidates: I64, ids: NDArray[np.int32], screen: F64, faces: I64, front: B1, back: B1
+) -> B1:
+    """Decide about candidates by the triangles seen in the nine pixels around each."""
+    place = screen[candidates]
     count = len(candidates)
-    covered = np.zeros(count, dtype=bool)
-    own = np.zeros(count, dtype=bool)
-    plain = np.zeros(count, dtype=bool)
+    covered, own, plain, sky = (np.zeros(count, dtype=bool) for _ in range(4))
     nearest, farthest = np.full(count, np.inf), np.full(count, -np.inf)
     slack = np.zeros(count)
-    open_sky = np.zeros(count, dtype=bool)
     for centre, there, seen in _seen_around(place, ids):
-        open_sky |= ~there
+        sky |= ~there
         k = np.flatnonzero(there)
         corners = faces[seen[k]]
         is_own = (corners == candidates[k, None]).any(axis=1)
@@ -66,11 +100,11 @@ def visible(
         if centre:
             outside = facing(screen, corners)
             turned = np.where(outside, front[candidates[k]], back[candidates[k]])
-            plain[k] = is_own | ((place[k, 2] <= depth + spread + 0.3 * slope + _HAIR) & turned)
-    fold = open_sky | (farthest - nearest > 2 * slack)
+            plain[k] = (place[k, 2] <= depth + spread + 0.3 * slope + _HAIR) & turned
+    fold = sky | (farthest - nearest > 2 * slack)
     result = plain & ~covered
     unsure = np.flatnonzero(
-        fold & ~covered & (open_sky | own | (place[:, 2] <= farthest + 2 * slack + _HAIR))
+        fold & ~covered & (sky | own | (place[:, 2] <= farthest + 2 * slack + _HAIR))
     )
     result[unsure] = ~_hidden(candidates[unsure], screen, faces)
     return result
@@ -127,29 +161,41 @@ def _contains(place: F64, screen: F64, corners: I64) -> B1:
 
 
 def _hidden(vertices: I64, screen: F64, faces: I64) -> B1:
-    """Whether each vertex lies behind a small triangle near it that is not its own."""
+    """Whether each vertex lies behind a triangle that is not its own.
+
+    Only triangles up to a usual size are looked up; much larger ones are in the image.
+    """
     hidden = np.zeros(len(vertices), dtype=bool)
     if len(vertices) == 0:
         return hidden
     place = screen[vertices]
-    low = np.nanmin(place[:, :2], axis=0) - _SMALL
-    size = np.ceil((np.nanmax(place[:, :2], axis=0) + _SMALL - low) / _SMALL).astype(int) + 2
+    reach = _reach(screen, faces)
+    low = place[:, :2].min(axis=0) - reach
+    size = np.ceil((place[:, :2].max(axis=0) + reach - low) / reach).astype(int) + 2
     near = np.zeros(size[::-1], dtype=bool)
-    at = ((place[:, :2] - low) / _SMALL).astype(int)
+    at = ((place[:, :2] - low) / reach).astype(int)
     for dx, dy in _AROUND:
         near[np.clip(at[:, 1] + dy, 0, size[1] - 1), np.clip(at[:, 0] + dx, 0, size[0] - 1)] = True
     middle = screen[faces, :2].mean(axis=1)
-    cell = (middle - low) / _SMALL
+    cell = (middle - low) / reach
     inside = np.flatnonzero((cell >= 0).all(axis=1) & (cell < size).all(axis=1))
     there = cell[inside].astype(int)
     some = inside[near[there[:, 1], there[:, 0]]]
     if len(some) == 0:
         return hidden
     pairs = cKDTree(place[:, :2]).sparse_distance_matrix(
-        cKDTree(middle[some]), _SMALL, output_type="coo_matrix"
+        cKDTree(middle[some]), reach, output_type="coo_matrix"
     )
     row, face = pairs.row, faces[some[pairs.col]]
     foreign = ~(face == vertices[row, None]).any(axis=1)
     row, face = row[foreign], face[foreign]
     hidden[row[_contains(place[row], screen, face)]] = True
     return hidden
+
+
+def _reach(screen: F64, faces: I64) -> float:
+    """Return how far (px) the middle of a triangle usually is from its corners, at the most."""
+    corners = screen[faces[:: max(1, len(faces) // 5000)], :2]
+    far = np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2).max(axis=1)
+    far = far[np.isfinite(far)]
+    return float(np.clip(1.3 * np.percentile(far, 98), 2.0, 24.0)) if len(far) else 2.0

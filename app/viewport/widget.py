@@ -507,6 +507,11 @@ class Viewport(QtInteractor):
             self.scene.use_stand_in(True)
 
     @property
+    def moving(self) -> bool:
+        """Whether the picture changed so recently that it is still drawn plainly."""
+        return self._rest_timer.isActive() or self._flight is not None
+
+    @property
     def _heavy(self) -> bool:
         return self._form is not None and len(self._form.faces) > HEAVY_FACES
 
