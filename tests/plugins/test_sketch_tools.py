@@ -1,0 +1,245 @@
+"""Lasso, source and target, fed with pointer events; no window."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.path import Path as Outline
+
+from engine import Document, Draft, EngineError, Mesh, View
+from plugins.api import Hit, Pointer, Tool
+from plugins.lasso import Lasso
+from plugins.sketch import SourceTool, TargetTool
+
+SIZE = (400.0, 400.0)
+
+
+def plate(n: int = 21) -> Mesh:
+    """A square of 100 mm in the x, y plane, looked at from above."""
+    x, y = np.meshgrid(np.linspace(-50, 50, n), np.linspace(-50, 50, n))
+    i = np.arange(n * n).reshape(n, n)
+    a, b, c, d = i[:-1, :-1].ravel(), i[:-1, 1:].ravel(), i[1:, 1:].ravel(), i[1:, :-1].ravel()
+    faces = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
+    return Mesh(np.column_stack([x.ravel(), y.ravel(), np.zeros(n * n)]), faces)
+
+
+def from_above(scale: float = 1 / 100) -> View:
+    """An orthographic view along -z: 2 px a millimetre, the origin in the middle."""
+    return View(np.diag([scale, scale, -scale, 1.0]), SIZE)
+
+
+def px(x: float, y: float) -> tuple[float, float]:
+    """Pixel of a point of the plate, mm."""
+    return (200 + 2 * x, 200 - 2 * y)
+
+
+@dataclass
+class FlatContext:
+    """What a tool sees of a plate that lies flat under the eye."""
+
+    document: Document
+    options: Any = None
+    view: View = field(default_factory=from_above)
+    drawn: list[tuple[np.ndarray, str]] = field(default_factory=list)
+    previews: list[Document] = field(default_factory=list)
+    sayings: list[str] = field(default_factory=list)
+
+    @property
+    def shown(self) -> Mesh:
+        return self.document.mesh
+
+    def pick(self, x: float, y: float) -> Hit | None:
+        return None
+
+    def vertices_inside(self, polygon: np.ndarray, through: bool = False) -> np.ndarray:
+        seen = self.view.project(self.shown.vertices)
+        return np.flatnonzero(Outline(polygon).contains_points(seen))
+
+    def faces_under(self, path: np.ndarray) -> np.ndarray:
+        seen = self.view.project(self.shown.vertices)
+        corners = seen[self.shown.faces]
+        length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
+        t = np.linspace(0, 1, int(length) + 2)
+        s = np.concatenate([[0], np.linalg.norm(np.diff(path, axis=0), axis=1).cumsum()]) / length
+        found = []
+        for at in np.column_stack([np.interp(t, s, path[:, 0]), np.interp(t, s, path[:, 1])]):
+            e = [corners[:, (k + 1) % 3] - corners[:, k] for k in range(3)]
+            r = [at - corners[:, k] for k in range(3)]
+            side = [a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0] for a, b in zip(e, r, strict=True)]
+            inside = np.all([q >= 0 for q in side], axis=0) | np.all([q <= 0 for q in side], axis=0)
+            found += np.flatnonzero(inside)[:1].tolist()
+        ids = np.array(found, dtype=np.int64)
+        return ids[np.append(True, np.diff(ids) != 0)] if len(ids) else ids
+
+    def draw(self, path: np.ndarray, role: str, closed: bool = False) -> None:
+        self.drawn.append((path, role))
+
+    def preview(self, change: Document) -> None:
+        self.previews.append(change)
+
+    def say(self, text: str) -> None:
+        self.sayings.append(text)
+
+
+def do(tool: Tool, context: FlatContext, path: Iterable[tuple[float, float]], **keys: Any) -> Any:
+    """Press, move and release along a path; return what the tool returned."""
+    context.options = tool.Options() if context.options is None else context.options
+    points = list(path)
+    gesture = tool.gesture(context, Pointer("press", *points[0], **keys))
+    try:
+        next(gesture)
+        for point in points[1:]:
+            gesture.send(Pointer("move", *point, **keys))
+        gesture.send(Pointer("release", *points[-1], **keys))
+    except StopIteration as end:
+        return end.value
+    raise AssertionError("the gesture did not end with the release")
+
+
+def around(x: float, y: float, r: float) -> list[tuple[float, float]]:
+    return [px(x + r * np.cos(t), y + r * np.sin(t)) for t in np.linspace(0, 2 * np.pi, 40)]
+
+
+def line(a: tuple[float, float], b: tuple[float, float], n: int = 20) -> list[tuple[float, float]]:
+    return [px(*(np.array(a) + t * (np.array(b) - a))) for t in np.linspace(0, 1, n)]
+
+
+@pytest.fixture
+def context() -> FlatContext:
+    return FlatContext(Document.open(plate()))
+
+
+def chosen(context: FlatContext) -> FlatContext:
+    context.document = do(Lasso(), context, around(0, 0, 31))
+    context.options = None
+    return context
+
+
+def test_a_lasso_takes_what_it_circles(context: FlatContext) -> None:
+    document = do(Lasso(), context, around(0, 0, 31))
+    away = np.linalg.norm(context.document.mesh.vertices, axis=1)
+    assert (np.sort(document.draft.roi) == np.flatnonzero(away < 31)).all()
+    assert context.drawn[-1][1] == "region"
+    assert document.mesh is context.document.mesh
+
+
+def test_shift_adds_control_and_the_eraser_take_away(context: FlatContext) -> None:
+    context.document = do(Lasso(), context, around(0, 0, 21))
+    first = context.document.draft.roi
+    grown = do(Lasso(), context, around(20, 0, 11), shift=True).draft.roi
+    assert set(first) < set(grown)
+    for key in ("ctrl", "eraser"):
+        cut = do(Lasso(), context, around(0, 0, 11), **{key: True}).draft.roi
+        assert set(cut) < set(first)
+    assert do(Lasso(), context, around(0, 0, 45), ctrl=True).draft.roi is None
+
+
+def test_a_click_is_no_lasso_and_an_empty_one_is_told(context: FlatContext) -> None:
+    assert do(Lasso(), context, [px(0, 0), px(1, 1)]) is None
+    with pytest.raises(EngineError, match="Nothing was caught"):
+        do(Lasso(), context, around(80, 80, 10))
+
+
+def test_the_flow_hands_over_from_region_to_source_to_target(context: FlatContext) -> None:
+    lasso, source, target = Lasso(), SourceTool(), TargetTool()
+
+    def claimed(document: Document) -> list[str]:
+        return [tool.id for tool in (lasso, source, target) if tool.claims(document)]
+
+    assert claimed(context.document) == ["lasso"]
+    chosen(context)
+    assert claimed(context.document) == ["source"]
+    context.document = do(source, context, line((-15, 2), (15, 2)))
+    assert claimed(context.document) == ["target"]
+    context.options = None
+    context.document = do(target, context, line((-15, 12), (15, 12)))
+    assert claimed(context.document) == ["target"]
+    assert target.enter(context).strokes == context.document.draft.strokes
+
+
+def test_a_source_is_a_chain_of_anchors_in_the_region(context: FlatContext) -> None:
+    chosen(context)
+    source = do(SourceTool(), context, line((-15, 2), (15, 2))).draft.source
+    x = context.document.mesh.vertices[source.anchors]
+    assert np.isin(source.anchors, context.document.draft.roi).all()
+    assert (np.linalg.norm(np.diff(x, axis=0), axis=1) < 7.2).all(), "neighbours share an edge"
+    assert source.view == context.view
+    with pytest.raises(EngineError, match="not on the region"):
+        do(SourceTool(), context, line((-48, 45), (-40, 48)))
+    assert do(SourceTool(), context, [px(0, 0), px(1, 0)]) is None
+
+
+def sketched(context: FlatContext) -> FlatContext:
+    chosen(context)
+    context.document = do(SourceTool(), context, line((-15, 0), (15, 0)))
+    context.options = None
+    context.document = do(TargetTool(), context, line((-15, 10), (15, 10)))
+    return context
+
+
+def test_a_target_drawn_backwards_is_the_same_target(context: FlatContext) -> None:
+    chosen(context)
+    context.document = do(SourceTool(), context, line((-15, 0), (15, 0)))
+    context.options = None
+    there = do(TargetTool(), context, line((-15, 10), (15, 10))).draft.strokes[0].target
+    back = do(TargetTool(), context, line((15, 10), (-15, 10))).draft.strokes[0].target
+    assert there == pytest.approx(back, abs=1e-9)
+    assert there[:, 1] == pytest.approx(180.0, abs=6.0)
+
+
+def test_while_a_target_is_drawn_nothing_shrinks(context: FlatContext) -> None:
+    sketched(context)
+    assert len(context.previews) > 10
+    for shown in context.previews:
+        (stroke,) = shown.draft.strokes
+        assert np.ptp(stroke.target[:, 0]) > 45, "30 mm are 60 px"
+
+
+def test_the_target_is_dragged_near_it_and_redrawn_elsewhere(context: FlatContext) -> None:
+    sketched(context)
+    (before,) = context.document.draft.strokes
+    middle = before.target[len(before.target) // 2]
+    dragged = do(TargetTool(), context, [middle, middle - (0, 5), middle - (0, 20)])
+    (after,) = dragged.draft.strokes
+    moved = after.target - before.target
+    assert moved[len(moved) // 2] == pytest.approx([0, -20])
+    assert moved[[0, -1]] == pytest.approx(np.zeros((2, 2)), abs=1e-9)
+    assert (np.diff(np.abs(moved[: len(moved) // 2, 1])) >= -1e-9).all(), "it falls off smoothly"
+    context.document = dragged
+    (again,) = do(TargetTool(), context, line((-15, -20), (15, -20))).draft.strokes
+    assert again.target[:, 1].min() > 230
+    assert (again.anchors == before.anchors).all()
+
+
+def test_a_target_is_adjusted_in_another_view(context: FlatContext) -> None:
+    sketched(context)
+    (before,) = context.document.draft.strokes
+    context.view = from_above(1 / 50)
+    now = context.view.project(context.shown.vertices[before.anchors])
+    middle, down = now[len(now) // 2], np.array([0.0, 9.0])
+    (after,) = do(TargetTool(), context, [middle, middle + down]).draft.strokes
+    assert after.view == context.view
+    assert after.target[len(now) // 2] == pytest.approx(middle + down)
+
+
+def test_a_second_source_adds_a_stroke(context: FlatContext) -> None:
+    sketched(context)
+    context.options = None
+    context.document = do(SourceTool(), context, line((-10, -10), (10, -10)))
+    context.options = None
+    two = do(TargetTool(), context, line((-10, -18), (10, -18)))
+    assert len(two.draft.strokes) == 2
+    assert two.draft.source is None
+
+
+def test_without_a_source_the_target_says_what_to_do(context: FlatContext) -> None:
+    chosen(context)
+    with pytest.raises(EngineError, match="Press S"):
+        do(TargetTool(), context, line((-15, 10), (15, 10)))
+    assert not TargetTool().available(context.document)
+    bare = replace(context.document, draft=Draft())
+    assert not SourceTool().available(bare)
