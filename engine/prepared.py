@@ -110,8 +110,10 @@ def _is_of(parts: Decomposition, mesh: Mesh, options: EditOptions) -> bool:
 def _decomposed(
     mesh: Mesh, roi: I64, level: float, options: EditOptions, run: Run
 ) -> Decomposition:
-    stream = decompose_stream(mesh, roi, None, options.rim, run, options.free_borders)
-    return next(parts for parts in stream if parts.reaches(level))
+    for parts in decompose_stream(mesh, roi, None, options.rim, run, options.free_borders):
+        if parts.reaches(level):
+            break
+    return parts
 
 
 class LevelSurface:
@@ -189,7 +191,7 @@ class PreparedEdit:
             moved = self._polish.relax(moved, self._options.polish)
         self._guard(moved, rows)
         deformed = rest + moved * region.scale
-        detailed = self._detailed(moved)
+        detailed = self.detailed(moved)
         level = self._placed(deformed)
         return EditResult(level, self._placed(detailed), self._target_error(level, strokes))
 
@@ -199,11 +201,15 @@ class PreparedEdit:
         x[self.decomposition.roi] = positions
         return x
 
-    def _detailed(self, moved: F64) -> F64:
+    def detailed(self, moved: F64) -> F64:
         """Return the original plus what moved plus what the turn of the details adds (Eq. 20).
 
         x' + L^-1 (R delta_high) = x + (x' - x_level) + L^-1 ((R - 1) delta_high), in the form that
         returns the original to the bit where nothing moves.
+
+        Parameters
+        ----------
+        moved : (m, 3) displacement of the surface at the level, in the region's frame.
         """
         parts = self.decomposition
         shifted = parts.original + moved * parts.region.scale
