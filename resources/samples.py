@@ -41,7 +41,8 @@ class Features:
     @property
     def featured(self) -> NDArray[np.bool_]:
         """Mask (n,) of the vertices that carry a feature of more than 0.02 mm."""
-        return np.any([np.abs(h) > 0.02 for h in self.heights.values()], axis=0)
+        featured = [np.abs(h) > 0.02 for h in self.heights.values()]
+        return np.asarray(np.any(featured, axis=0), dtype=np.bool_)
 
 
 def sample_path(name: str) -> Path:

@@ -25,6 +25,7 @@ AROUND = 20
 ROW_COUNT = 13
 TWIST = 0.125  # how far each row is turned against the one below, beside the half pitch
 FIRST_ROW = 37.0  # height of the lowest row, mm
+ROW_PITCH, REACH, HEIGHT = 0.84, 0.45, 0.165  # in units of the pitch around
 EDGE = 1.6
 
 
@@ -51,9 +52,11 @@ class Turned:
             t = np.clip(t - np.clip(step, -0.05, 0.05), 0, self._t[-1])
         return np.asarray(t)
 
-    def distance(self, p: Points) -> NDArray[np.float64]:
+    def distance(
+        self, p: Points, nearest: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]:
         """Return the signed distance, positive to the right of the outline's direction."""
-        t = self.nearest(p)
+        t = self.nearest(p) if nearest is None else nearest
         flat = np.column_stack([np.hypot(p[:, 0], p[:, 1]), p[:, 2]])
         off = flat - self._curve(t)
         along = self._curve(t, 1)
@@ -68,49 +71,54 @@ class Turned:
 FORM = Turned(OUTLINE)
 
 
-def _rows() -> tuple[NDArray[np.float64], PchipInterpolator]:
-    """Return the outline parameters of the rows and the row number as a function of them.
+def _rows() -> PchipInterpolator:
+    """Return the row number as a function of the outline's parameter, up to the lip.
 
     Rows are spaced in proportion to the radius, so that every bump has the same shape.
     """
     t = np.linspace(0, 320, 6000)
     radius, height = FORM.at(t).T
-    outside = t < t[np.argmax(height)]
-    t, radius, height = t[outside], radius[outside], height[outside]
+    t, radius, height = (a[: np.argmax(height)] for a in (t, radius, height))
     first = np.searchsorted(height[200:], FIRST_ROW) + 200
-    pitch = 2 * np.pi / AROUND * radius * 0.84
+    pitch = 2 * np.pi / AROUND * radius * ROW_PITCH
     number = np.r_[0, np.cumsum(np.diff(t) / (0.5 * (pitch[1:] + pitch[:-1])))]
-    number -= number[first]
-    return t, PchipInterpolator(t, number)
+    return PchipInterpolator(t, number - number[first])
 
 
-_, ROW_NUMBER = _rows()
+ROW_OF = _rows()
 
 
-def studs(p: Points) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the heights of the bumps and (negative) of the dimples at points, mm."""
-    t = FORM.nearest(p)
-    radius = FORM.at(t)[:, 0]
-    number = np.clip(ROW_NUMBER(np.clip(t, 0, ROW_NUMBER.x[-1])), -2, ROW_COUNT + 1)
-    outside = (t < 300) & (p[:, 2] > 15)
+def row_number(t: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the row number, a fraction between rows, at outline parameters (n,)."""
+    inside_neck = t > ROW_OF.x[-1]
+    number = ROW_OF(np.minimum(t, ROW_OF.x[-1]))
+    return np.clip(np.where(inside_neck, ROW_COUNT + 2, number), -2, ROW_COUNT + 2)
+
+
+def studs(p: Points, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the heights of the bumps and (negative) of the dimples at points, mm.
+
+    ``t`` are the outline's parameters nearest to the points, (n,).
+    """
+    number = row_number(t)
     turn = np.arctan2(p[:, 1], p[:, 0]) / (2 * np.pi) * AROUND
+    pitch = 2 * np.pi / AROUND * FORM.at(t)[:, 0]
     bumps, dimples = np.zeros(len(p)), np.zeros(len(p))
-    pitch = 2 * np.pi / AROUND * radius
-    for row in range(ROW_COUNT):
-        shift = (0.5 + TWIST) * row
-        across = turn - shift - np.round(turn - shift)
-        away = np.hypot(across, (number - row) * 0.84) / 0.45
-        height = 0.165 * pitch * bump(away, 2.0) * outside
-        if row % 2 == 0:
-            bumps += height
-        else:
-            dimples -= 0.8 * height
+    for row in (np.floor(number), np.floor(number) + 1):
+        across = turn - (0.5 + TWIST) * row
+        across -= np.round(across)
+        away = np.hypot(across, (number - row) * ROW_PITCH) / REACH
+        height = HEIGHT * pitch * bump(away, 2.0) * ((row >= 0) & (row < ROW_COUNT))
+        odd = row % 2 == 1
+        bumps += np.where(odd, 0.0, height)
+        dimples -= np.where(odd, 0.8 * height, 0.0)
     return bumps, dimples
 
 
 def form(p: Points) -> NDArray[np.float64]:
     """Return the implicit form of the whole vase."""
-    return FORM.distance(p) - sum(studs(p))
+    nearest = FORM.nearest(p)
+    return FORM.distance(p, nearest) - sum(studs(p, nearest))
 
 
 def make() -> Sample:
@@ -119,10 +127,7 @@ def make() -> Sample:
         form, np.array([-66.0, -66.0, -3.0]), np.array([66.0, 66.0, 229.0]), 1.6, EDGE
     )
     plain = project(FORM.distance, vertices)
-    bumps, dimples = studs(vertices)
-    height, number = (
-        vertices[:, 2],
-        ROW_NUMBER(np.clip(FORM.nearest(vertices), 0, ROW_NUMBER.x[-1])),
-    )
-    front = (vertices[:, 0] > 20) & (height > 44) & (height < 140) & (number > 0)
+    bumps, dimples = studs(vertices, FORM.nearest(vertices))
+    height = vertices[:, 2]
+    front = (vertices[:, 0] > 20) & (height > 44) & (height < 140)
     return Sample(vertices, faces, plain, {"bumps": bumps, "dimples": dimples}, front)

@@ -34,7 +34,7 @@ def test_the_plate_made_again_is_the_plate_shipped(tmp_path: Path, read_ply: Rea
         np.testing.assert_allclose(again["plain"], features("plate").plain, atol=1e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.soak  # half a minute each
 @pytest.mark.parametrize("name", [name for name in SAMPLES if name != "plate"])
 def test_the_others_made_again_are_those_shipped(
     name: str, tmp_path: Path, read_ply: Reader
