@@ -51,11 +51,13 @@ def paper_base(region: Region, factor: Factor) -> F64:
     m = region.m
     k, areas, x = region.laplacian.stiffness, region.laplacian.areas, region.x
     near = m + len(region.rim)
-    k_ib = k[:m][:, m:near]
-    delta_b = (k[m:near] @ x) / areas[m:near, None]
-    delta_b[region.rim_open[m:]] = 0.0
+    # Beyond the rim rows are cut off; they matter only to the few couplings of a robust Laplacian.
+    k_ib = k[:m][:, m:]
+    delta_b = np.zeros((len(x) - m, 3))
+    delta_b[: near - m] = (k[m:near] @ x) / areas[m:near, None]
+    delta_b[: near - m][region.rim_open[m:]] = 0.0
     delta = factor.solve(-(k_ib @ delta_b))
-    return factor.solve(areas[:m, None] * delta - k_ib @ x[m:near])
+    return factor.solve(areas[:m, None] * delta - k_ib @ x[m:])
 
 
 def smooth_base(region: Region) -> F64:

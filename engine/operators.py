@@ -5,10 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import robust_laplacian
 import scipy.sparse as sp
 
-from engine.arrays import F64, I64
+from engine.arrays import B1, F64, I64
+from engine.errors import MeshError
 from engine.mesh import Mesh
+
+# Twice the area over the longest edge squared: below, a face counts as having no area.
+FLAT = 1e-12
+# Cotangent of half a degree.
+STEEPEST_COTANGENT = 115.0
+# Least area of a vertex, as a share of the mean, so that M can be divided by.
+AREA_FLOOR = 1e-9
 
 
 def cotangent_stiffness(mesh: Mesh) -> sp.csr_array:
@@ -45,7 +54,7 @@ def corner_cotangents(x: F64, faces: I64) -> tuple[F64, F64]:
     double = np.linalg.norm(np.cross(e[1], e[2]), axis=1)
     dots = np.stack([-np.einsum("fi,fi->f", e[(k + 1) % 3], e[(k + 2) % 3]) for k in range(3)], 1)
     longest = np.max([np.einsum("fi,fi->f", a, a) for a in e], axis=0)
-    flat = double <= 1e-14 * longest
+    flat = double <= FLAT * longest
     safe = np.where(flat, 1.0, double)
     cotangents = np.where(flat[:, None], 0.0, dots / safe[:, None])
     return cotangents, double
@@ -82,10 +91,10 @@ def areas(x: F64, faces: I64) -> F64:
     voronoi = np.stack(
         [part[:, 1] + part[:, 2], part[:, 2] + part[:, 0], part[:, 0] + part[:, 1]], 1
     )
-    obtuse = cot < 0
+    obtuse: B1 = np.less(cot, 0.0)
     mixed = np.where(obtuse, double[:, None] / 4, double[:, None] / 8)
-    share = np.where(obtuse.any(axis=1)[:, None], mixed, voronoi)
-    return np.bincount(faces.ravel(), weights=share.ravel(), minlength=len(x))
+    share = np.where(np.any(obtuse, axis=1)[:, None], mixed, voronoi)
+    return np.bincount(faces.ravel(), weights=share.ravel(), minlength=len(x)).astype(np.float64)
 
 
 def laplacian_coordinates(stiffness: sp.csr_array, areas: F64, x: F64) -> F64:
@@ -101,7 +110,8 @@ def mean_curvature(mesh: Mesh) -> F64:
     m = vertex_areas(mesh)
     kx = cotangent_stiffness(mesh) @ mesh.vertices
     length = np.linalg.norm(kx, axis=1)
-    return np.divide(length, 2 * m, out=np.zeros_like(m), where=m > 0)
+    curvature: F64 = np.divide(length, 2 * m, out=np.zeros_like(m), where=m > 0)
+    return curvature
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +131,71 @@ class Laplacian:
 
 
 def laplacian(x: F64, faces: I64) -> Laplacian:
-    """Return K and M of a patch with positions x (n, 3), the robust ones where it is needed."""
-    m = areas(x, faces)
-    floor = 1e-12 * float(m.mean())
-    return Laplacian(stiffness(x, faces), np.maximum(m, floor))
+    """Return K and M of a patch with positions x (n, 3): cotangents, or the robust ones if needed.
+
+    Where triangles are so thin that cotangents are useless (see `trouble`), K and M are those
+    of the intrinsic Delaunay triangulation of the same surface, its edges lengthened by 1e-5 of the
+    mean where a triangle is degenerate. Its weights are never negative, and it agrees with the
+    cotangent matrix on a well-shaped mesh.
+
+    Source: Sharp and Crane 2020, "A Laplacian for nonmanifold triangle meshes" (robust-laplacian).
+    """
+    proper = faces[(np.diff(np.sort(faces, axis=1), axis=1) > 0).all(axis=1)]
+    k, m = stiffness(x, proper), areas(x, proper)
+    why = trouble(x, proper, k)
+    if not why:
+        return Laplacian(k, np.maximum(m, AREA_FLOOR * float(m.mean())))
+    k, m = robust(x, proper)
+    m = np.maximum(m, AREA_FLOOR * float(m.mean()))
+    return Laplacian(k, m, f"{why}; an intrinsic Delaunay Laplacian is used there.")
+
+
+def trouble(x: F64, faces: I64, k: sp.csr_array) -> str:
+    """Return why plain cotangent weights would do harm here, or "" when they are good.
+
+    They do where a face has no area, where an angle is below half a degree, and where the negative
+    weights at a vertex exceed half of its positive diagonal. A few mildly negative weights (obtuse
+    triangles side by side) are right and stay.
+    """
+    cotangents, double = corner_cotangents(x, faces)
+    longest = np.max(
+        [np.sum((x[faces[:, i - 1]] - x[faces[:, i]]) ** 2, axis=1) for i in range(3)], axis=0
+    )
+    flat = int(np.count_nonzero(double <= FLAT * longest))
+    if flat:
+        return f"{flat} faces have no area"
+    thin = int(np.count_nonzero(np.abs(cotangents).max(axis=1) > STEEPEST_COTANGENT))
+    if thin:
+        return f"{thin} faces are needles or slivers"
+    entries = k.tocoo()
+    negative = (entries.row != entries.col) & (entries.data > 0)
+    sums = np.bincount(entries.row[negative], weights=entries.data[negative], minlength=len(x))
+    bad = int(np.count_nonzero(sums > 0.5 * np.abs(k.diagonal())))
+    return f"the cotangent weights of {bad} vertices are mostly negative" if bad else ""
+
+
+def robust(x: F64, faces: I64) -> tuple[sp.csr_array, F64]:
+    """Return K and M by the tufted intrinsic Delaunay Laplacian of robust-laplacian.
+
+    Raises
+    ------
+    MeshError
+        Even that cannot be built.
+    """
+    used = np.unique(faces)
+    local = np.full(len(x), -1, dtype=np.int64)
+    local[used] = np.arange(len(used))
+    try:
+        inner, mass = robust_laplacian.mesh_laplacian(x[used], local[faces])
+    except (RuntimeError, ValueError) as error:
+        raise MeshError(
+            "No Laplacian can be built where the region lies. Clean the mesh there."
+        ) from error
+    c = inner.tocoo()
+    n = len(x)
+    k = sp.csr_array(sp.coo_array((c.data, (used[c.row], used[c.col])), shape=(n, n)))
+    m = np.zeros(n)
+    m[used] = mass.diagonal()
+    if not (np.isfinite(k.data).all() and np.isfinite(m).all()):
+        raise MeshError("No Laplacian can be built where the region lies. Clean the mesh there.")
+    return k, m

@@ -44,7 +44,7 @@ class Region:
         self.free_borders = free_borders
         chosen = _checked_ids(roi, mesh.n)
         topology = mesh.topology
-        used = topology.used_vertices
+        used = _in_proper_face(mesh)
         stays = topology.nonmanifold_vertices.copy()
         if not free_borders:
             stays |= topology.border_vertices
@@ -179,6 +179,13 @@ def _checked_ids(roi: ArrayLike, n: int) -> I64:
             "Choose the region again on this mesh."
         )
     return np.unique(ids.astype(np.int64))
+
+
+def _in_proper_face(mesh: Mesh) -> B1:
+    """Return the mask of vertices in some face with three different corners."""
+    f = mesh.faces
+    proper = (f[:, 0] != f[:, 1]) & (f[:, 1] != f[:, 2]) & (f[:, 2] != f[:, 0])
+    return _mask(mesh.n, f[proper].ravel())
 
 
 def _mask(n: int, ids: I64) -> B1:
