@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Protocol
 
+import numpy as np
 from PySide6.QtCore import QObject, Qt, Signal
 
 from engine import History, HistoryState, Moment
@@ -138,7 +139,8 @@ def _is_work(moment: Moment, moments: Mapping[int, Moment]) -> bool:
     before, now = moments[moment.parent].document, moment.document
     return (
         now.recipe is not before.recipe
-        or now.regions is not before.regions
-        or now.views is not before.views
         or now.unit != before.unit
+        or dict(now.views) != dict(before.views)
+        or now.regions.keys() != before.regions.keys()
+        or not all(np.array_equal(ids, before.regions[name]) for name, ids in now.regions.items())
     )

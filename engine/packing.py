@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.arrays import frozen
 from engine.document import Document, HistoryState, Moment
 from engine.errors import EngineError, FileError
 from engine.mesh import Mesh
@@ -229,10 +230,25 @@ class Unpacker:
     ) -> None:
         self._meshes = meshes
         self._steps = steps
-        self._fetch = fetch
+        self._fetch_stored = fetch
         self._kinds = kinds
+        self._arrays: dict[str, NDArray[Any]] = {}
+        self._recipes: dict[tuple[tuple[str, ...], str, frozenset[int]], Recipe] = {}
         self._made: dict[str, Any] = {}
         self._by_faces: dict[tuple[str, int], Mesh] = {}
+
+    def _fetch(self, key: str) -> NDArray[Any]:
+        """Return the array of a key; who asks twice gets the same object, as before packing."""
+        if key not in self._arrays:
+            stored = self._fetch_stored(key)
+            self._arrays[key] = frozen(stored, np.int64) if stored.dtype.kind == "i" else stored
+        return self._arrays[key]
+
+    def _recipe(self, keys: list[Any], digest: str, muted: list[int]) -> Recipe:
+        """Return a recipe; documents that shared one share it again."""
+        steps = tuple(self.step(key) for key in keys)
+        what = (tuple(keys), digest, frozenset(muted))
+        return self._recipes.setdefault(what, Recipe(steps, digest, what[2]))
 
     def mesh(self, key: Any) -> Mesh:
         """Return the mesh of a key; meshes with the same faces share them."""
@@ -308,9 +324,7 @@ class Unpacker:
             raise FileError("A document in the file has no list of steps.")
         if not all(type(i) is int and 0 <= i < len(steps) for i in muted):
             raise FileError("A document in the file mutes a step that it does not have.")
-        recipe = Recipe(
-            tuple(self.step(key) for key in steps), str(data.get("digest", "")), frozenset(muted)
-        )
+        recipe = self._recipe(steps, str(data.get("digest", "")), muted)
         given = {
             "original": self.mesh(data.get("original")),
             "mesh": self.mesh(data.get("mesh")),

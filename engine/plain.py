@@ -25,11 +25,11 @@ Put = Callable[[NDArray[Any]], str]
 Fetch = Callable[[str], NDArray[Any]]
 
 INLINE = 64
-"""Arrays with fewer numbers stand in the JSON itself."""
+"""Arrays with fewer decimal numbers stand in the JSON itself."""
 
 
 def to_plain(value: Any, put: Put) -> Any:
-    """Return `value` as JSON data; arrays of `INLINE` numbers or more go to `put`.
+    """Return `value` as JSON data; ids and arrays of `INLINE` numbers go to `put`.
 
     Parameters
     ----------
@@ -41,7 +41,8 @@ def to_plain(value: Any, put: Put) -> Any:
     if isinstance(value, float):
         return float(value)
     if isinstance(value, np.ndarray):
-        if value.size >= INLINE:
+        # Ids go apart whatever their number: who compares regions by identity finds them the same.
+        if value.size >= INLINE or value.dtype.kind in "iu":
             return {"array": put(value)}
         return {"values": value.tolist(), "shape": list(value.shape)}
     if isinstance(value, Mapping):

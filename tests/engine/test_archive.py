@@ -85,6 +85,18 @@ def test_history_goes_on_after_opening(whole: tuple[bytes, str], tmp_path: Path)
     assert again.current.mesh is again.current.original
 
 
+def test_what_was_shared_is_shared_again(whole: tuple[bytes, str], tmp_path: Path) -> None:
+    path = tmp_path / "a.eigenform"
+    path.write_bytes(whole[0])
+    moments = open_archive(path, KINDS).state.moments
+    region, target, step = (moments[i].document for i in (1, 2, 3))
+    assert region.recipe is target.recipe
+    assert step.recipe is not target.recipe
+    assert region.draft.roi is target.draft.roi is step.draft.roi
+    assert region.mesh is target.mesh is region.original
+    assert moments[4].document.recipe.steps[0] is step.recipe.steps[0]
+
+
 def test_a_step_of_a_missing_plugin_is_kept(tmp_path: Path) -> None:
     path = tmp_path / "a.eigenform"
     state = history().state()
