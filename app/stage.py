@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.session import Session
 from app.viewport import Viewport
-from engine import Document, Mesh, Stroke, View
+from engine import Document, Mesh, Source, Stroke, View, source_curve
 from engine.arrays import F64, I64
 
 FLOW_SECONDS = 0.2
@@ -162,18 +162,23 @@ class Stage(QObject):
         if not self._original:
             if draft.source is not None:
                 source = draft.source
-                points = self._drawn[source.anchors]
-                self._viewport.show_curve("source", points, "source", closed=source.closed)
+                self._draw_source("source", source)
                 wanted.add("source")
             for i, stroke in enumerate(draft.strokes):
-                anchors = self._drawn[stroke.anchors]
-                self._viewport.show_curve(f"source {i}", anchors, "source", closed=stroke.closed)
-                points = on_picture_plane(stroke, anchors)
+                self._draw_source(f"source {i}", stroke)
+                points = on_picture_plane(stroke, self._drawn[stroke.anchors])
                 self._viewport.show_curve(f"target {i}", points, "target", closed=stroke.closed)
                 wanted |= {f"source {i}", f"target {i}"}
         for name in self._curves - wanted:
             self._viewport.hide_curve(name)
         self._curves = wanted
+
+    def _draw_source(self, name: str, curve: Source | Stroke) -> None:
+        """Draw the smooth curve that the anchors zigzag around, and the anchors as dots."""
+        assert self._drawn is not None
+        anchors = self._drawn[curve.anchors]
+        smooth = source_curve(anchors, curve.closed)
+        self._viewport.show_curve(name, smooth, "source", curve.closed, anchors)
 
 
 def on_picture_plane(stroke: Stroke, anchors: F64) -> F64:

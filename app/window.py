@@ -38,6 +38,7 @@ from app.stage import Stage
 from app.status import Status
 from app.toolhost import ToolHost
 from app.viewport import Viewport
+from app.welcome import Welcome
 from engine import Document
 from plugins.registry import Failure, find_tools
 
@@ -66,6 +67,7 @@ class Window(QMainWindow):
         self.safety: Safety | None = None
         self.actions_table = Actions(self, self.viewport)
         self.hint = HintLine(self.viewport)
+        self.welcome = Welcome(self.session, self.viewport)
         self.level = LevelPanel(self.session, self)
         self.edit = EditPanel(self.session, self)
         self.steps = StepsPanel(self.session, self)
@@ -154,7 +156,15 @@ class Window(QMainWindow):
     def _dress(self, theme: Theme) -> None:
         self.viewport.set_theme(theme)
         self.actions_table.dress(theme)
-        for part in (self.level, self.edit, self.steps, self.rail, self.status, self.hint):
+        for part in (
+            self.level,
+            self.edit,
+            self.steps,
+            self.rail,
+            self.status,
+            self.hint,
+            self.welcome,
+        ):
             part.dress(theme)
 
     # ---- keeping in step
@@ -330,5 +340,7 @@ def main(path: Path | None = None) -> int:
     window = Window(Appearance(app, str(choice)))
     window.keep_safe(state_folder())
     window.show()
+    if path is None:
+        window.session.opened.connect(window.welcome.begin, Qt.ConnectionType.SingleShotConnection)
     QTimer.singleShot(0, lambda: window.session.open(path or sample_path("vase")))
     return app.exec()

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.look import SOURCE, TARGET, Theme, icon
-from app.panels.panel import GRID, Panel
+from app.panels.panel import GRID, PLAIN_NUMBER, Panel
 from app.session import Session
 from engine import EditOptions
 
@@ -83,7 +83,7 @@ class EditPanel(Panel):
             widget.setMinimumHeight(32)
             widget.setAccessibleName(label)
             if isinstance(widget, QAbstractSpinBox):
-                widget.setButtonSymbols(QAbstractSpinBox.ButtonSymbols.NoButtons)
+                widget.setStyleSheet(PLAIN_NUMBER)
             grid.addWidget(QLabel(label, self), row, 0)
             grid.addWidget(widget, row, 1)
         grid.setColumnStretch(1, 1)

@@ -8,7 +8,7 @@ import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QDoubleSpinBox, QGridLayout, QHBoxLayout, QLabel, QSlider, QWidget
 
-from app.panels.panel import GRID, Panel
+from app.panels.panel import GRID, PLAIN_NUMBER, Panel
 from app.session import Session
 from engine import Decomposition
 
@@ -125,5 +125,5 @@ def _number(suffix: str, low: float, high: float, decimals: int, name: str) -> Q
     box.setKeyboardTracking(False)
     box.setAccessibleName(name)
     box.setMinimumHeight(32)
-    box.setButtonSymbols(QDoubleSpinBox.ButtonSymbols.NoButtons)
+    box.setStyleSheet(PLAIN_NUMBER)
     return box

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.panels.panel import GRID
+from app.panels.panel import GRID, PLAIN_NUMBER
 
 
 class OptionsRow(QWidget):
@@ -74,7 +74,7 @@ class OptionsRow(QWidget):
             number.setValue(value)
             number.setKeyboardTracking(False)
             number.setMinimumHeight(32)
-            number.setButtonSymbols(QSpinBox.ButtonSymbols.NoButtons)
+            number.setStyleSheet(PLAIN_NUMBER)
             number.valueChanged.connect(lambda v: self._set(one.name, v))
             return number
         text = QLineEdit(str(value), self)

@@ -8,6 +8,12 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QToolButton, QVBoxLayout, QWi
 from app.look import Theme, icon
 
 GRID = 8  # px; all spacings are multiples of it or its half
+# Arrows, wheel and typing change a number; the tiny buttons are no target for a pen.
+PLAIN_NUMBER = (
+    "QAbstractSpinBox::up-button, QAbstractSpinBox::down-button"
+    " { width: 0px; border: none; background: transparent; }"
+    "QAbstractSpinBox::up-arrow, QAbstractSpinBox::down-arrow { width: 0px; height: 0px; }"
+)
 
 
 class Panel(QWidget):
