@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from engine.errors import FileError
@@ -11,8 +11,8 @@ from engine.files import limits
 from engine.files.limits import MEMORY as MEMORY_LIMIT
 from engine.files.limits import memory_needed
 from engine.files.place import beside, put_in_place, sweep_strays
-from engine.files.process import WorkerDiedError, WorkerSlowError, worker
-from engine.files.report import PRECISION, Change, ExportReport, ImportReport
+from engine.files.process import WorkerLostError, WorkerSlowError, worker
+from engine.files.report import CLEANING, PRECISION, Change, ExportReport, ImportReport
 from engine.mesh import Mesh
 from engine.run import Run
 
@@ -87,19 +87,23 @@ def open_file(path: str | os.PathLike[str], clean: bool = True, run: Run | None 
     place = Path(path)
     size = _readable_size(place)
     _refuse_too_large(place, size)
-    job = {"job": "import", "path": str(place.absolute()), "name": place.name, "clean": clean}
     try:
-        answer, arrays = worker.ask(job, None, limits.seconds_for(size), run)
-    except WorkerDiedError:
-        raise FileError(
-            f"“{place.name}” could not be read: its content stopped the reader. "
-            "Export the model again, or open and save it in the program that made it."
-        ) from None
-    except WorkerSlowError:
-        raise FileError(
-            f"“{place.name}” took longer than {limits.seconds_for(size):.0f} seconds to read "
-            "and was given up. Save it as binary PLY or with fewer faces."
-        ) from None
+        return _import(place, size, clean, run)
+    except WorkerLostError as lost:
+        if not clean or lost.stage != CLEANING:
+            raise _given_up(place.name, size, lost) from None
+    try:
+        found = _import(place, size, False, run)
+    except WorkerLostError as lost:
+        raise _given_up(place.name, size, lost) from None
+    words = "Cleanup could not cope with this mesh and was left out: look before you go on."
+    report = replace(found.report, warnings=(*found.report.warnings, words))
+    return replace(found, report=report)
+
+
+def _import(place: Path, size: int, clean: bool, run: Run | None) -> Imported:
+    job = {"job": "import", "path": str(place.absolute()), "name": place.name, "clean": clean}
+    answer, arrays = worker.ask(job, None, limits.seconds_for(size), run)
     as_read = Mesh(arrays["vertices"], arrays["faces"])
     read_report = ImportReport.from_json(answer["read"])
     if answer["cleaned"] is None:
@@ -108,6 +112,18 @@ def open_file(path: str | os.PathLike[str], clean: bool = True, run: Run | None 
     if "clean_vertices" in arrays:
         cleaned = Mesh(arrays["clean_vertices"], arrays["clean_faces"])
     return Imported(cleaned, ImportReport.from_json(answer["cleaned"]), as_read, read_report)
+
+
+def _given_up(name: str, size: int, lost: WorkerLostError) -> FileError:
+    if isinstance(lost, WorkerSlowError):
+        return FileError(
+            f"“{name}” took longer than {limits.seconds_for(size):.0f} seconds to read and was "
+            "given up. Save it as binary PLY or with fewer faces."
+        )
+    return FileError(
+        f"“{name}” could not be read: its content stopped the reader. "
+        "Export the model again, or open and save it in the program that made it."
+    )
 
 
 def save(mesh: Mesh, path: str | os.PathLike[str], run: Run | None = None) -> ExportReport:
@@ -134,7 +150,7 @@ def save(mesh: Mesh, path: str | os.PathLike[str], run: Run | None = None) -> Ex
         arrays = {"vertices": mesh.vertices, "faces": mesh.faces}
         try:
             answer, _ = worker.ask(job, arrays, limits.seconds_for(200 * len(mesh.faces)), run)
-        except (WorkerDiedError, WorkerSlowError):
+        except WorkerLostError:
             raise FileError(
                 f"“{target.name}” was not saved: the writer stopped. What was there before is "
                 "unchanged; see whether the disk is full, or choose another format."

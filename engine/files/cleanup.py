@@ -32,15 +32,19 @@ class Cleaned:
 
 @dataclass(frozen=True)
 class Repair:
-    """One step: how many defects of its kind there are, what mends them, and how to say so."""
+    """One step: how many defects of its kind there are, what mends them, and how to say so.
+
+    `keeps_area` says that the step must leave the surface's area as it is.
+    """
 
     what: str
     found: Callable[[Defects], int]
     mend: Callable[[F64, I64], Pair]
     words: str
+    keeps_area: bool = True
 
 
-def clean_up(v: F64, f: I64, tick: Callable[[float, str], None]) -> Cleaned:
+def clean_up(v: F64, f: I64, tick: Callable[[float], None]) -> Cleaned:
     """Mend what can be mended without guessing; holes are never closed.
 
     A mesh without defects comes out as the same arrays.
@@ -53,19 +57,37 @@ def clean_up(v: F64, f: I64, tick: Callable[[float, str], None]) -> Cleaned:
         found = repair.found(defects)
         if not found:
             continue
-        tick(0.5 + 0.4 * i / len(_REPAIRS), "Cleaning")
+        tick(i / len(_REPAIRS))
         mended = _attempt(repair, v, f)
         if mended is None:
             continue
+        if not _is_sound(mended) or (repair.keeps_area and not _same_area((v, f), mended)):
+            kind = repair.what.replace("_", " ")
+            warnings.append(f"One repair ({kind}) would have spoilt the surface and was left out.")
+            continue
         after = find_defects(*mended)
         left = repair.found(after)
-        if left >= found or len(mended[1]) == 0:
+        if left >= found:
             continue
         repairs.append(_change(repair, found - left, (v, f), mended))
         (v, f), defects = mended, after
     warnings += _remaining(defects)
     warnings += _large_changes(start, (v, f))
     return Cleaned(v, f, tuple(repairs), tuple(warnings))
+
+
+def _is_sound(mended: Pair) -> bool:
+    v, f = mended
+    if len(f) == 0 or not np.isfinite(v).all():
+        return False
+    return int(f.min()) >= 0 and int(f.max()) < len(v)
+
+
+def _same_area(before: Pair, after: Pair) -> bool:
+    """Return whether the surface's area is the same to a millionth."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        was, now = float(areas(*before).sum()), float(areas(*after).sum())
+    return abs(now - was) <= 1e-6 * was
 
 
 def _attempt(repair: Repair, v: F64, f: I64) -> Pair | None:
@@ -178,6 +200,7 @@ _REPAIRS = (
         lambda d: d.repeated,
         _drop_repeated,
         "{faces} that repeated another one removed.",
+        keeps_area=False,
     ),
     Repair(
         "unreferenced_vertices",

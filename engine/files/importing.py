@@ -10,7 +10,7 @@ from engine.errors import FileError
 from engine.files.cleanup import clean_up
 from engine.files.defects import flat_faces
 from engine.files.native import read_native
-from engine.files.report import FACE_WARNING, Change, ImportReport
+from engine.files.report import CLEANING, FACE_WARNING, Change, ImportReport
 from engine.files.scan_3mf import scan_3mf
 from engine.files.scan_obj import scan_obj
 from engine.files.scan_off import scan_off
@@ -43,8 +43,8 @@ def import_file(job: dict[str, Any], _: Arrays, tick: Tick) -> tuple[dict[str, A
     )  # fmt: skip
     answer: dict[str, Any] = {"read": report.to_json(), "cleaned": None}
     if job["clean"]:
-        tick(0.5, "Cleaning")
-        made = clean_up(v, f, tick)
+        tick(0.5, CLEANING)
+        made = clean_up(v, f, lambda done: tick(0.5 + 0.4 * done, CLEANING))
         cleaned = ImportReport(
             path.name, soup.format, soup.declared_vertices, soup.declared_faces,
             len(made.vertices), len(made.faces),

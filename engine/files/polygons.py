@@ -26,6 +26,9 @@ def triangulate(vertices: F64, corners: I64, sizes: I64) -> I64:
     for k in np.unique(sizes):
         of_size = np.flatnonzero(sizes == k)
         rows = corners[starts[of_size, None] + np.arange(k)]
+        if k == 3:
+            out[first[of_size]] = rows
+            continue
         flat = _flattened(vertices[rows])
         if k > MANY:
             pieces = np.stack([_clip_one(polygon) for polygon in flat])

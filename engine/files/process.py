@@ -25,11 +25,24 @@ _POLL = 0.05
 _Answers = queue.Queue[tuple[dict[str, Any], Arrays] | None]
 
 
-class WorkerDiedError(Exception):
+class WorkerLostError(Exception):
+    """The worker gave no answer.
+
+    Parameters
+    ----------
+    stage : the words of the last progress that it reported.
+    """
+
+    def __init__(self, stage: str) -> None:
+        super().__init__(stage)
+        self.stage = stage
+
+
+class WorkerDiedError(WorkerLostError):
     """The worker ended before it answered."""
 
 
-class WorkerSlowError(Exception):
+class WorkerSlowError(WorkerLostError):
     """The worker did not answer within its time."""
 
 
@@ -92,22 +105,22 @@ class FileWorker:
             target=_listen, args=(process.stdout, answers), name="file-worker", daemon=True
         )
         listener.start()
+        fraction, text = 0.0, "Starting"
         try:
             send(process.stdin, {**job, "seconds": seconds}, arrays)  # type: ignore[arg-type]
         except OSError as error:
-            raise WorkerDiedError from error
+            raise WorkerDiedError(text) from error
         clock = _Clock(process.pid, seconds)
-        fraction, text = 0.0, "Starting"
         while True:
             try:
                 answer = answers.get(timeout=_POLL)
             except queue.Empty:
                 _tick(run, fraction, text)
                 if clock.is_up():
-                    raise WorkerSlowError from None
+                    raise WorkerSlowError(text) from None
                 continue
             if answer is None:
-                raise WorkerDiedError
+                raise WorkerDiedError(text)
             message, found = answer
             if "error" in message:
                 raise _ERRORS.get(message["kind"], FileError)(message["error"])

@@ -9,6 +9,8 @@ from typing import Any
 PRECISION = {
     ".obj": 0.0, ".ply": 0.0, ".stl": 2.0**-23, ".off": 0.0, ".3mf": 0.0, ".glb": 2.0**-23,
 }  # fmt: skip
+# What the worker says it does while native filters run.
+CLEANING = "Cleaning"
 FACE_WARNING = 0.02
 AREA_WARNING = 0.01
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import io
 import posixpath
+import struct
 import zipfile
+import zlib
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -20,6 +22,11 @@ _RATIO = 200
 _SMALL = 16 << 20
 _UNPACKED = 2 << 30
 _PLACED = 50_000_000
+
+_UNPACKING_ERRORS = (
+    zipfile.BadZipFile, zlib.error, struct.error, NotImplementedError, OSError, EOFError,
+    RuntimeError, ValueError,
+)  # fmt: skip
 
 Key = tuple[str, str]
 
@@ -111,13 +118,8 @@ def _model_texts(data: bytes, name: str) -> dict[str, bytes]:
             root = _root_part(archive)
             parts.sort(key=lambda i: "/" + i.filename.lstrip("/") != root)
             return {"/" + i.filename.lstrip("/"): _unpacked(archive, i, name) for i in parts}
-    except (zipfile.BadZipFile, NotImplementedError, OSError, EOFError, RuntimeError) as error:
-        raise _damaged(name, f"its archive cannot be unpacked ({error})") from None
-    except Exception as error:
-        # zlib.error and struct.error come through as they are on damaged members.
-        if type(error).__module__ in ("zlib", "struct") or isinstance(error, ValueError):
-            raise _damaged(name, f"its archive cannot be unpacked ({error})") from None
-        raise
+    except _UNPACKING_ERRORS:
+        raise _damaged(name, "its archive cannot be unpacked") from None
 
 
 def _refuse_bomb(archive: zipfile.ZipFile, packed: int, name: str) -> None:

@@ -21,7 +21,7 @@ def scan_stl(data: bytes, name: str) -> Soup:
     """
     if _length_fits(data) or not _looks_like_text(data):
         return _binary(data, name)
-    return _ascii(data)
+    return _ascii(data, name)
 
 
 def _declared(data: bytes) -> int:
@@ -46,7 +46,8 @@ def _binary(data: bytes, name: str) -> Soup:
     if there < declared:
         raise FileError(
             f"“{name}” is cut off or damaged: its header announces "
-            f"{counted(declared, 'triangle')}, and there are bytes for {there:,}. Export the model again or get another copy."
+            f"{counted(declared, 'triangle')}, and there are bytes for {there:,}. "
+            "Export the model again or get another copy."
         )
     if there > declared and not whole:
         raise FileError(
@@ -65,7 +66,7 @@ def _binary(data: bytes, name: str) -> Soup:
     return _welded(records["corners"].reshape(-1, 3).astype(np.float64), there, declared, notes)
 
 
-def _ascii(data: bytes) -> Soup:
+def _ascii(data: bytes, name: str) -> Soup:
     text, notes = plain_text(data)
     tokens = tokenise(text)
     heads = tokens.first[:-1]
@@ -93,6 +94,11 @@ def _ascii(data: bytes) -> Soup:
         usable[usable] = right[of_facet[usable]]
         points = points[usable]
     if not tokens.are(heads, b"endsolid").any():
+        if len(heads) and not tokens.are(heads[-1:], b"endfacet")[0]:
+            raise FileError(
+                f"“{name}” is cut off: it ends in the middle of a triangle. "
+                "Export the model again or get another copy of the file."
+            )
         notes.append(
             Change(
                 "no_end", "The text ends without “endsolid”: the file may be cut off.", lost=True

@@ -1,0 +1,208 @@
+"""Tiny readers that share nothing with the engine: a second opinion on what a file holds.
+
+Each returns the vertices, (n, 3), and the polygons as tuples of vertex indices, leaving out polygons
+that are too short, whose indices are out of range, or that touch a vertex that is not finite. They go
+line by line and number by number, as plainly as the formats can be read.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+import xml.etree.ElementTree as ET
+import zipfile
+from io import BytesIO
+
+Vertices = list[tuple[float, ...]]
+Polygons = list[tuple[int, ...]]
+
+NOWHERE = (math.nan, math.nan, math.nan)
+
+
+def read_plainly(data: bytes, kind: str) -> tuple[Vertices, Polygons]:
+    """Return what `data` holds, read as the format `kind`."""
+    readers = {"OBJ": _obj, "OFF": _off, "PLY": _ply, "STL": _stl, "3MF": _3mf}
+    vertices, polygons = readers[kind](data)
+    return vertices, [p for p in polygons if _is_usable(p, vertices)]
+
+
+def triangles_of(vertices: Vertices, polygons: Polygons) -> tuple[set[tuple[float, ...]], int]:
+    """Return the corners of the three-cornered polygons, and how many triangles all make."""
+    corners = {tuple(c + 0.0 for i in p for c in vertices[i]) for p in polygons if len(p) == 3}
+    return corners, sum(len(p) - 2 for p in polygons)
+
+
+def _is_usable(polygon: tuple[int, ...], vertices: Vertices) -> bool:
+    if len(polygon) < 3 or min(polygon) < 0 or max(polygon) >= len(vertices):
+        return False
+    return all(math.isfinite(c) for i in polygon for c in vertices[i])
+
+
+def _number(word: str) -> float:
+    # Python takes more than the formats have: underscores, full-width digits.
+    plain = word.isascii() and "_" not in word
+    try:
+        return float(word) if plain else math.nan
+    except ValueError:
+        return math.nan
+
+
+def _index(word: str) -> int | None:
+    sign, digits = (word[:1], word[1:]) if word[:1] in ("-", "+") else ("", word)
+    if not (digits.isascii() and digits.isdigit()) or len(digits) > 15:
+        return None
+    return -int(digits) if sign == "-" else int(digits)
+
+
+def _words(line: str) -> list[str]:
+    return [
+        w for w in line.replace("\v", " ").replace("\f", " ").replace("\t", " ").split(" ") if w
+    ]
+
+
+def _lines(data: bytes, comment: str = "") -> list[list[str]]:
+    text = data.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    lines = text.split("\n")
+    return [_words(line.split(comment)[0] if comment else line) for line in lines]
+
+
+def _place(words: list[str]) -> tuple[float, ...]:
+    return tuple(_number(w) for w in words[:3]) if len(words) >= 3 else NOWHERE
+
+
+def _obj(data: bytes) -> tuple[Vertices, Polygons]:
+    data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    while b"\\ \n" in data or b"\\\t\n" in data:
+        data = data.replace(b"\\ \n", b"\\\n").replace(b"\\\t\n", b"\\\n")
+    data = data.replace(b"\\\n", b" ")
+    vertices: Vertices = []
+    polygons: Polygons = []
+    for words in _lines(data, "#"):
+        if words and words[0].lower() == "v":
+            vertices.append(_place(words[1:]))
+        elif words and words[0].lower() in ("f", "fo"):
+            indices = [_index(w.split("/")[0]) for w in words[1:]]
+            # A zero and a word that is no number name no vertex.
+            polygons.append(
+                tuple(
+                    1 << 40 if i is None or i == 0 else i - 1 if i > 0 else len(vertices) + i
+                    for i in indices
+                )
+            )
+    # A later vertex does not make an index valid that counted back too far.
+    return vertices, polygons
+
+
+def _off(data: bytes) -> tuple[Vertices, Polygons]:
+    lines = [words for words in _lines(data, "#") if words]
+    words = [w for line in lines for w in line]
+    at = 1 if words[0].upper().endswith("OFF") else 0
+    n, f = int(words[at]), int(words[at + 1])
+    seen = 0
+    while seen <= at:
+        seen += len(lines.pop(0))
+    vertices = [_place(line) for line in lines[:n]]
+    polygons: Polygons = []
+    for line in lines[n : n + f]:
+        size = _index(line[0]) or 0
+        indices = [_index(w) for w in line[1 : 1 + size]]
+        polygons.append(tuple(1 << 40 if i is None else i for i in indices))
+    return vertices, polygons
+
+
+_CODES = {
+    "char": "b", "int8": "b", "uchar": "B", "uint8": "B", "short": "h", "int16": "h",
+    "ushort": "H", "uint16": "H", "int": "i", "int32": "i", "uint": "I", "uint32": "I",
+    "float": "f", "float32": "f", "double": "d", "float64": "d",
+}  # fmt: skip
+
+
+def _ply(data: bytes) -> tuple[Vertices, Polygons]:
+    end = data.index(b"end_header") + len(b"end_header")
+    head = data[:end].decode("latin-1").replace("\r\n", "\n").replace("\r", "\n")
+    body = data[end + (2 if data[end : end + 2] == b"\r\n" else 1) :]
+    order, elements = "", []
+    for words in (line.split() for line in head.split("\n")):
+        if words[:1] == ["format"]:
+            order = {"binary_little_endian": "<", "binary_big_endian": ">"}.get(words[1], "")
+        elif words[:1] == ["element"]:
+            elements.append((words[1], int(words[2]), []))
+        elif words[:1] == ["property"]:
+            elements[-1][2].append(words[1:])
+    take = _binary_taker(body, order) if order else _text_taker(body)
+    rows = {name: [_ply_row(properties, take) for _ in range(count)]
+            for name, count, properties in elements}  # fmt: skip
+    vertices = [tuple(float(row[axis]) for axis in "xyz") for row in rows["vertex"]]
+    polygons = [
+        tuple(
+            int(i) if math.isfinite(i) and i == int(i) else 1 << 40
+            for i in row.get("vertex_indices", row.get("vertex_index", ()))
+        )
+        for row in rows["face"]
+    ]
+    return vertices, polygons
+
+
+def _ply_row(properties: list[list[str]], take):
+    row = {}
+    for words in properties:
+        if words[0] == "list":
+            length = int(take(words[1]))
+            row[words[3]] = [take(words[2]) for _ in range(length)]
+        else:
+            row[words[1]] = take(words[0])
+    return row
+
+
+def _binary_taker(body: bytes, order: str):
+    at = 0
+
+    def take(kind: str) -> float:
+        nonlocal at
+        code = order + _CODES[kind]
+        (value,) = struct.unpack_from(code, body, at)
+        at += struct.calcsize(code)
+        return value
+
+    return take
+
+
+def _text_taker(body: bytes):
+    words = iter([w for line in _lines(body) for w in line])
+    return lambda kind: _number(next(words))
+
+
+def _stl(data: bytes) -> tuple[Vertices, Polygons]:
+    count = int.from_bytes(data[80:84], "little")
+    if len(data) == 84 + 50 * count or b"facet" not in data[:2048].lower():
+        count = (len(data) - 84) // 50
+        numbers = [struct.unpack_from("<12f", data, 84 + 50 * i) for i in range(count)]
+        corners = [n[3 + 3 * j : 6 + 3 * j] for n in numbers for j in range(3)]
+        return corners, [(3 * i, 3 * i + 1, 3 * i + 2) for i in range(count)]
+    facets: list[list[tuple[float, ...]]] = []
+    for words in _lines(data):
+        if words and words[0].lower() == "facet":
+            facets.append([])
+        elif words and words[0].lower() == "vertex" and facets:
+            facets[-1].append(_place(words[1:]) if len(words) == 4 else NOWHERE)
+    facets = [facet for facet in facets if len(facet) == 3]
+    corners = [corner for facet in facets for corner in facet]
+    return corners, [(3 * i, 3 * i + 1, 3 * i + 2) for i in range(len(facets))]
+
+
+def _3mf(data: bytes) -> tuple[Vertices, Polygons]:
+    with zipfile.ZipFile(BytesIO(data)) as archive:
+        (part,) = [n for n in archive.namelist() if n.endswith(".model")]
+        root = ET.fromstring(archive.read(part))
+    tags = [(e.tag.rpartition("}")[2].rpartition(":")[2], e.attrib) for e in root.iter()]
+    vertices = [tuple(_number(a.get(k, "")) for k in "xyz") for tag, a in tags if tag == "vertex"]
+    polygons = []
+    for tag, a in tags:
+        if tag == "triangle":
+            values = [_number(a.get(k, "")) for k in ("v1", "v2", "v3")]
+            whole = [math.isfinite(v) and v == int(v) for v in values]
+            polygons.append(
+                tuple(int(v) if w else 1 << 40 for v, w in zip(values, whole, strict=True))
+            )
+    return vertices, polygons
