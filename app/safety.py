@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QMessageBox
 from app.autosave import Autosave
 from app.crash import CrashDialog, CrashWatch, native_crashes
 from app.recovery_bar import RecoveryBar, RecoveryOffers
-from engine.journal import Recoverable, recover
+from engine.journal import Recoverable, Why, recover
 from plugins.registry import kinds
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class Safety(QObject):
         super().__init__(window)
         self._window = window
         self._folder = folder
-        self._leaving = False
+        self._leaving = self._left = False
         self._dialog: CrashDialog | None = None
         self._question: QMessageBox | None = None
         self._search: threading.Thread | None = None
@@ -144,15 +144,19 @@ class Safety(QObject):
         return super().eventFilter(watched, event)
 
     def leave(self) -> None:
-        """End the journal as the person decided, and let go of everything."""
+        """End the journal and let go of everything; what is unsaved is set aside."""
+        self._end("set aside")
+        if not self._left:
+            self._left = True
+            self.offers.release()
+            self.watch.stop()
+            if self._search is not None:
+                self._search.join(10)
+
+    def _end(self, keep: Why) -> None:
         if not self._leaving:
             self._leaving = True
-            keep = "set aside" if self.autosave.unsaved else None
-            self.autosave.end(keep)
-        self.offers.release()
-        self.watch.stop()
-        if self._search is not None:
-            self._search.join(10)
+            self.autosave.end(keep if self.autosave.unsaved else None)
 
     def _ask(self) -> None:
         if self._question is not None:
@@ -189,6 +193,4 @@ class Safety(QObject):
 
     def _system_ends(self) -> None:
         """The person logs out: nobody can answer now, so the next start offers the work."""
-        if not self._leaving:
-            self._leaving = True
-            self.autosave.end("closed" if self.autosave.unsaved else None)
+        self._end("closed")

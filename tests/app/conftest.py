@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtWidgets import QApplication
+from shiboken6 import isValid
 
 from app.look import Appearance
 from app.window import Window
@@ -67,7 +68,8 @@ def make_window(qtbot, qapp) -> Iterator[MakeWindow]:
 
     yield make
     for window in made:
-        window.close()
+        if isValid(window):
+            window.close()
 
 
 @pytest.fixture
