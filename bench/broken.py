@@ -62,7 +62,7 @@ def fins(seed: int) -> Mesh:
     """A sheet with triangles standing on some of its edges: three faces on an edge."""
     x, f = grid(40, seed)
     pick = np.random.default_rng(seed).choice(len(f), 40, replace=False)
-    tips = x[f[pick, 0]] + [0, 0, 0.05]
+    tips = x[f[pick, 0]] + np.array([0, 0, 0.05])
     extra = np.column_stack([f[pick, 0], f[pick, 1], len(x) + np.arange(40)])
     return Mesh(np.concatenate([x, tips]), np.concatenate([f, extra]))
 
@@ -74,7 +74,7 @@ def pinched(seed: int) -> Mesh:
     other = f + n
     for i in np.random.default_rng(seed).choice(n, 12, replace=False):
         other[other == i + n] = i
-    return Mesh(np.concatenate([x, x + [0, 0, 0.1]]), np.concatenate([f, other]))
+    return Mesh(np.concatenate([x, x + np.array([0, 0, 0.1])]), np.concatenate([f, other]))
 
 
 def holes(seed: int) -> Mesh:
@@ -122,8 +122,11 @@ def dust(seed: int) -> Mesh:
     n = len(x)
     more = rng.random((220, 3))
     tri = n + 100 + np.arange(60).reshape(-1, 3)
-    tet = n + 160 + 4 * np.arange(15)[:, None, None] + np.array(
-        [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
+    tet = (
+        n
+        + 160
+        + 4 * np.arange(15)[:, None, None]
+        + np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
     )
     return Mesh(np.concatenate([x, more]), np.concatenate([f, tri, tet.reshape(-1, 3)]))
 

@@ -1,6 +1,6 @@
 """Random regions on every mesh there is: each comes back right, or is refused with a reason.
 
-    python -m bench.robustness FOLDER [--regions 2] [--seeds 4]
+python -m bench.robustness FOLDER [--regions 2] [--seeds 4]
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import numpy as np
 from bench import broken
 from engine import EngineError, Mesh, decompose, open_file
 from engine.arrays import I64
-from engine.operators import laplacian
 
 LARGEST_REGION = 800
 
