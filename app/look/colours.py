@@ -73,7 +73,7 @@ DARK = Theme(
     sky="#4a4d52",
     ground="#232528",
     clay="#cfc3b5",
-    held="#a9a8a6",
+    held="#bdb7af",
     halo="#15161a",
     edge="#2b2a2c",
 )
@@ -91,7 +91,7 @@ LIGHT = Theme(
     sky="#f1f2f4",
     ground="#bfc2c7",
     clay="#d3c7b9",
-    held="#b7b6b3",
+    held="#c8c2bb",
     halo="#2a2b2f",
     edge="#5a5754",
 )

@@ -82,6 +82,11 @@ class Hands(QObject):
         """Whether a gesture or a camera motion is under way."""
         return self._drawing is not None or self._motion is not None
 
+    @property
+    def navigating(self) -> bool:
+        """Whether the hand moves the camera."""
+        return self._motion is not None or self._touch is not None
+
     def drop(self) -> None:
         """Give up whatever is going on: focus was lost, or the window was hidden."""
         if self._drawing is not None:

@@ -9,9 +9,9 @@ from vtkmodules.vtkRenderingCore import vtkLight, vtkProperty, vtkRenderer
 from app.look import Theme, rgb
 
 #: Position in camera coordinates (x right, y up, z to the eye), colour, intensity.
-KEY = ((-0.55, 0.75, 0.75), "#fff6ea", 0.78)
-FILL = ((0.9, 0.05, 0.7), "#dfe9ff", 0.30)
-RIM = ((0.25, 0.65, -0.9), "#ffffff", 0.42)
+KEY = ((-0.55, 0.80, 0.80), "#fff4e6", 0.80)
+FILL = ((0.95, -0.05, 0.55), "#dbe6ff", 0.36)
+RIM = ((0.55, 0.55, -0.85), "#ffffff", 0.60)
 
 
 def light_up(renderer: vtkRenderer) -> None:
@@ -39,7 +39,7 @@ def background(renderer: vtkRenderer, theme: Theme) -> None:
 def clay(prop: vtkProperty | Any) -> None:
     """Make a surface matt, with a broad soft highlight by which its form reads."""
     prop.SetInterpolationToPhong()
-    prop.SetAmbient(0.16)
+    prop.SetAmbient(0.20)
     prop.SetDiffuse(0.92)
     prop.SetSpecular(0.10)
     prop.SetSpecularPower(18)

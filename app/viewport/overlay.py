@@ -261,32 +261,36 @@ class Overlay(QWidget):
         painter.drawEllipse(QPointF(x, y), radius, radius)
 
     def _paint_legend(self, painter: QPainter, legend: Legend) -> None:
+        font = QFont(self.font())
+        font.setPointSizeF(10)
+        painter.setFont(font)
+        metrics = painter.fontMetrics()
+        texts = ((0.0, legend.low), (0.5, legend.middle), (1.0, legend.high))
+        beside = max(metrics.horizontalAdvance(text) for _, text in texts)
+        width = max(14 + 11 + beside, metrics.horizontalAdvance(legend.title)) + 24.0
         height = min(220.0, self.height() * 0.4)
-        bar = QRectF(self.width() - 112.0, self.height() - height - 40.0, 14.0, height)
+        card = QRectF(0, 0, width, height + 52)
+        card.moveBottomRight(QPointF(self.width() - 12.0, self.height() - 12.0))
+        bar = QRectF(card.x() + 12, card.y() + 38, 14, height)
         ground = QColor(self.theme.panel)
         ground.setAlpha(225)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(ground)
-        painter.drawRoundedRect(bar.adjusted(-16, -40, 82, 18), 8, 8)
+        painter.drawRoundedRect(card, 8, 8)
         gradient = QLinearGradient(bar.bottomLeft(), bar.topLeft())
         for k, colour in enumerate(legend.colours):
             gradient.setColorAt(k / (len(legend.colours) - 1), QColor(colour))
         painter.setBrush(gradient)
         painter.drawRoundedRect(bar, 3, 3)
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        font = QFont(self.font())
-        font.setPointSizeF(10)
-        painter.setFont(font)
         painter.setPen(QColor(self.theme.text))
-        painter.drawText(
-            QRectF(bar.x() - 8, bar.y() - 34, 90, 20), Qt.AlignmentFlag.AlignLeft, legend.title
-        )
-        for share, text in ((0.0, legend.low), (0.5, legend.middle), (1.0, legend.high)):
+        title = QRectF(bar.x(), card.y() + 10, width, 20)
+        painter.drawText(title, Qt.AlignmentFlag.AlignLeft, legend.title)
+        for share, text in texts:
             y = bar.bottom() - share * bar.height()
             painter.drawLine(QPointF(bar.right() + 3, y), QPointF(bar.right() + 7, y))
-            painter.drawText(
-                QRectF(bar.right() + 11, y - 9, 70, 18), Qt.AlignmentFlag.AlignVCenter, text
-            )
+            place = QRectF(bar.right() + 11, y - 9, beside + 4, 18)
+            painter.drawText(place, Qt.AlignmentFlag.AlignVCenter, text)
 
     def sizeHint(self) -> QSize:
         """The overlay is as large as the viewport."""

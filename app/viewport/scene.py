@@ -21,6 +21,7 @@ from engine.mesh import Mesh
 TINT = 0.46  # how much of the region's violet lies over the clay
 FEATHER = 5  # rings of vertices over which the tint fades out
 #: Thickness in logical pixels by role.
+_GHOST_GAP = 0.02  # scene units: below this the ghost would only flicker on the form
 _LINE = {"rim": 2.5, "source": 5.0, "guide": 2.0, "region": 2.5, "target": 4.0, "pin": 12.0}
 
 
@@ -31,12 +32,12 @@ def feathered(inside: NDArray[np.bool_], faces: I64, rounds: int = FEATHER) -> N
     region is.
     """
     weight = inside.astype(np.float64)
+    corners = inside[faces]
     touched = np.zeros(len(inside), dtype=bool)
-    border = inside[faces]
-    near = faces[border.any(axis=1) & ~border.all(axis=1)]
-    for _ in range(rounds):
-        touched[near.ravel()] = True
-        near = faces[touched[faces].any(axis=1)]
+    touched[faces[corners.any(axis=1) & ~corners.all(axis=1)].ravel()] = True
+    for _ in range(rounds - 1):
+        touched[faces[touched[faces].any(axis=1)].ravel()] = True
+    near = faces[touched[faces].any(axis=1)]
     if len(near) == 0:
         return weight.astype(np.float32)
     used = np.unique(near)
@@ -69,6 +70,7 @@ class Scene:
         self.renderer = renderer
         self.theme = theme
         self.scale = 1.0
+        self.wireframe = False
         self.placement = Placement(np.zeros(3), 1.0)
         self.surface: Surface | None = None
         self.stand_in: StandIn | None = None
@@ -79,7 +81,7 @@ class Scene:
         self._map: NDArray[np.uint8] | None = None
         self._ghost: Surface | None = None
         self._ghost_positions: F64 | None = None
-        self._ghost_key: bytes = b""
+        self._apart: NDArray[np.bool_] = np.zeros(0, dtype=bool)
         self._curves: dict[str, _Curve] = {}
         self._pins: Solid | None = None
         self._eye = Eye(np.zeros(3), 200.0)
@@ -91,6 +93,7 @@ class Scene:
         """Take the colours of another theme."""
         self.theme = theme
         background(self.renderer, theme)
+        self.set_wireframe(self.wireframe)
         self._paint()
 
     def set_mesh(self, mesh: Mesh) -> None:
@@ -102,6 +105,7 @@ class Scene:
             self.placement.to_scene(mesh.vertices), mesh.faces, rgb8(self.theme.clay)
         )
         clay(self.surface.actor.GetProperty())
+        self.set_wireframe(self.wireframe)
         self.renderer.AddActor(self.surface.actor)
 
     def clear(self) -> None:
@@ -127,7 +131,7 @@ class Scene:
             marks.move(line.points(self.surface.positions))
         if self.stand_in is not None and self.stand_in.surface.actor.GetVisibility():
             self.stand_in.follow()
-        self._refresh_ghost()
+        self._refresh_ghost(ids)
 
     # What is coloured
 
@@ -143,15 +147,25 @@ class Scene:
         if ids is not None and len(ids):
             inside = np.zeros(self.surface.n, dtype=bool)
             inside[ids] = True
-            self._weight = feathered(inside, self._faces)
-            self._draw_rim(inside)
+            near = self._faces_about(ids)
+            self._weight = feathered(inside, near)
+            self._draw_rim(inside, near)
         self._paint()
 
-    def _draw_rim(self, inside: NDArray[np.bool_]) -> None:
+    def _faces_about(self, ids: I64) -> I64:
+        """Return the faces in the box about the region, with room for its feathered border."""
         assert self.surface is not None
-        value = feathered(inside, self._faces, rounds=2)
-        some = value[self._faces]
-        near = self._faces[(some.max(axis=1) > 0.5) & (some.min(axis=1) <= 0.5)]
+        place = self.surface.positions
+        low, high = place[ids].min(axis=0), place[ids].max(axis=0)
+        room = 0.08 * float((high - low).max()) + 2.0
+        within = ((place >= low - room) & (place <= high + room)).all(axis=1)
+        return self._faces[within[self._faces].all(axis=1)]
+
+    def _draw_rim(self, inside: NDArray[np.bool_], faces: I64) -> None:
+        assert self.surface is not None
+        value = feathered(inside, faces, rounds=3)
+        some = value[faces]
+        near = faces[(some.max(axis=1) > 0.5) & (some.min(axis=1) <= 0.5)]
         if len(near) == 0:
             return
         line = Isoline(value, near)
@@ -163,6 +177,16 @@ class Scene:
         """Colour every vertex (n, 3) uint8 instead of clay and region; None for clay again."""
         self._map = colours
         self._paint()
+
+    def set_wireframe(self, wanted: bool) -> None:
+        """Draw the edges of the triangles over the form, or not."""
+        self.wireframe = wanted
+        if self.surface is not None:
+            look = self.surface.actor.GetProperty()
+            look.SetEdgeVisibility(wanted)
+            look.SetEdgeColor(*rgb(self.theme.edge))
+            look.SetEdgeOpacity(0.55)
+            look.SetLineWidth(1.0 * self.scale)
 
     def _paint(self) -> None:
         if self.surface is None:
@@ -188,20 +212,22 @@ class Scene:
         if self._ghost is not None:
             self.renderer.RemoveActor(self._ghost.actor)
         self._ghost = None
-        self._ghost_key = b""
         self._ghost_positions = None
         if positions is not None and self.surface is not None:
             self._ghost_positions = self.placement.to_scene(positions)
+            self._apart = np.zeros(self.surface.n, dtype=bool)
             self._refresh_ghost()
 
-    def _refresh_ghost(self) -> None:
+    def _refresh_ghost(self, ids: I64 | None = None) -> None:
         if self._ghost_positions is None or self.surface is None:
             return
-        apart = np.abs(self._ghost_positions - self.surface.positions).max(axis=1) > 0.02
-        key = np.packbits(apart).tobytes()
-        if key == self._ghost_key:
+        changed = slice(None) if ids is None else ids
+        gap = self._ghost_positions[changed] - self.surface.positions[changed]
+        apart = np.abs(gap).max(axis=1) > _GHOST_GAP
+        if ids is not None and bool((apart == self._apart[ids]).all()):
             return
-        self._ghost_key = key
+        self._apart[changed] = apart
+        apart = self._apart
         if self._ghost is not None:
             self.renderer.RemoveActor(self._ghost.actor)
             self._ghost = None
@@ -289,6 +315,7 @@ class Scene:
         if wanted and self.stand_in is None:
             self.stand_in = StandIn(self.surface)
             self.stand_in.surface.actor.SetProperty(self.surface.actor.GetProperty())
+            self.stand_in.surface.actor.SetShaderProperty(self.surface.actor.GetShaderProperty())
             self.renderer.AddActor(self.stand_in.surface.actor)
         if self.stand_in is None:
             return
@@ -296,6 +323,11 @@ class Scene:
             self.stand_in.follow()
         self.stand_in.surface.actor.SetVisibility(wanted)
         self.surface.actor.SetVisibility(not wanted)
+
+    @property
+    def standing_in(self) -> bool:
+        """Whether the lighter form is shown."""
+        return self.stand_in is not None and bool(self.stand_in.surface.actor.GetVisibility())
 
     @property
     def radius(self) -> float:

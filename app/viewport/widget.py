@@ -20,11 +20,23 @@ from vtkmodules.vtkCommonCore import vtkFloatArray
 
 from app.look import DARK, Theme
 from app.viewport.camera import STANDARD_VIEWS, Eye
+from app.viewport.cube import ViewCube
 from app.viewport.hands import ORBIT_PER_PIXEL, ZOOM_PER_PIXEL, Hands, Motion
 from app.viewport.idimage import capture
-from app.viewport.overlay import Overlay, SpaceCurve
+from app.viewport.overlay import Backdrop, Overlay, SpaceCurve
 from app.viewport.picking import Sight
+from app.viewport.picture import as_image, rendered
 from app.viewport.scene import Scene
+from app.viewport.shading import (
+    Display,
+    legend,
+    mapped,
+    round_up,
+    set_stripes,
+    signed_deviation,
+    signed_mean_curvature,
+    turn_stripes,
+)
 from engine.arrays import F64, I64
 from engine.mesh import Mesh
 from engine.view import View
@@ -34,6 +46,8 @@ FLIGHT_MS = 220
 REST_MS = 160
 SLOW_FRAME_MS = 80.0
 HEAVY_FACES = 150_000
+TURNTABLE_PER_SECOND = math.radians(36.0)
+CUBE_MARGIN = 12
 _TYPED_INTO = (QLineEdit, QAbstractSpinBox, QComboBox)
 
 
@@ -74,6 +88,8 @@ class Viewport(QtInteractor):
         self._form: Mesh | None = None
         self._vertices: F64 = np.zeros((0, 3))
         self._sight: tuple[Any, Sight] | None = None
+        self._shader: Any = None
+        self._mapped: Any = None
         self._pivot: F64 = np.zeros(3)
         self._tool_cursor = None
         self._software: bool | None = None
@@ -90,6 +106,20 @@ class Viewport(QtInteractor):
         self._rest_timer.setSingleShot(True)
         self._rest_timer.setInterval(REST_MS)
         self._rest_timer.timeout.connect(self._rest)
+        self._turntable = QTimer(self)
+        self._turntable.setTimerType(Qt.TimerType.PreciseTimer)
+        self._turntable.setInterval(16)
+        self._turntable.timeout.connect(self._turn_a_little)
+        self._turntable_clock = QElapsedTimer()
+        self._display: Display = "clay"
+        self._reference: F64 | None = None
+        self._most = 0.0
+        self.unit = "mm"
+        self.cube = ViewCube(self)
+        self.cube.chosen.connect(self.standard_view)
+        self.cube.turned.connect(
+            lambda dx, dy: self.turn_by(-ORBIT_PER_PIXEL * dx, ORBIT_PER_PIXEL * dy)
+        )
         self.hands = Hands(self)
         self._apply_eye()
 
@@ -133,6 +163,7 @@ class Viewport(QtInteractor):
         """Follow the widget's size."""
         super().resizeGL(width, height)
         self.overlay.setGeometry(self.rect())
+        self.cube.move(self.width() - self.cube.width() - CUBE_MARGIN, CUBE_MARGIN)
         self.scene.scale = self.devicePixelRatioF()
         self._apply_eye()
 
@@ -157,6 +188,9 @@ class Viewport(QtInteractor):
         """Show a mesh, framed three-quarter, or from where one looks now."""
         before = self.scene.placement
         self.scene.set_mesh(mesh)
+        assert self.scene.surface is not None
+        self._shader = self.scene.surface.actor.GetShaderProperty()
+        self._reference = None
         self._form = mesh
         self._vertices = mesh.vertices.copy()
         self._sight = None
@@ -169,6 +203,8 @@ class Viewport(QtInteractor):
             azimuth, elevation = (math.radians(a) for a in STANDARD_VIEWS["three-quarter"])
             self._set_eye(replace(self._eye, azimuth=azimuth, elevation=elevation))
             self.frame(animate=False)
+        self._apply_eye()
+        self.set_display(self._display)
         self._changed()
 
     def set_vertices(self, positions: ArrayLike, changed_ids: I64 | None = None) -> None:
@@ -187,6 +223,9 @@ class Viewport(QtInteractor):
                 p = p[changed_ids]
             self._vertices[changed_ids] = p
         self.scene.move(p, changed_ids)
+        if self._display == "deviation":
+            self._map_deviation()
+        self._lighten()
         self._changed()
 
     def set_region(self, ids: I64 | None) -> None:
@@ -242,7 +281,164 @@ class Viewport(QtInteractor):
         """Take the colours of another theme."""
         self.scene.set_theme(theme)
         self.overlay.set_theme(theme)
+        self.cube.set_theme(theme)
         self.update()
+
+    # Ways to look
+
+    @property
+    def display(self) -> Display:
+        """What the form is coloured by: clay, zebra, reflection, curvature or deviation."""
+        return self._display
+
+    def set_display(self, display: Display) -> None:
+        """Colour the form by clay, by stripes that it reflects, or by a map with its scale."""
+        self._display = display
+        self._most = 0.0
+        if self.scene.surface is None:
+            return
+        set_stripes(self._shader, display)
+        self._apply_eye()
+        if display == "curvature":
+            self._map_curvature()
+        elif display == "deviation":
+            self._map_deviation()
+        else:
+            self.scene.set_map(None)
+            self.overlay.set_legend(None)
+        self.update()
+
+    def set_reference(self, positions: ArrayLike | None) -> None:
+        """Measure deviation from these positions (n, 3); None for the mesh as it was set."""
+        self._reference = None if positions is None else np.array(positions, dtype=np.float64)
+        self._most = 0.0
+        if self._display == "deviation":
+            self._map_deviation()
+
+    def set_unit(self, unit: str) -> None:
+        """Say what one mesh unit is, for scales and measures."""
+        self.unit = unit
+        self.set_display(self._display)
+
+    def deviation(self) -> F64:
+        """Return the signed distance of each vertex from the reference, (n,), mesh units."""
+        assert self._form is not None
+        assert self.scene.surface is not None
+        reference = self._form.vertices if self._reference is None else self._reference
+        return signed_deviation(self._vertices, reference, self.scene.surface.normals)
+
+    def _map_deviation(self) -> None:
+        if self._form is None:
+            return
+        values = self.deviation()
+        # The scale only grows while one edits, so that colours keep their meaning.
+        self._most = max(self._most, round_up(float(np.abs(values).max())))
+        self.scene.set_map(mapped(values, self._most))
+        self.overlay.set_legend(legend(f"Deviation, {self.unit}", self._most))
+        self.update()
+
+    def _map_curvature(self) -> None:
+        if self._form is None:
+            return
+        values = signed_mean_curvature(self._form.with_vertices(self._vertices))
+        self._most = round_up(float(np.percentile(np.abs(values), 96)))
+        self.scene.set_map(mapped(values, self._most))
+        self.overlay.set_legend(legend(f"Mean curvature, 1/{self.unit}", self._most))
+        self._mapped = self._stamp()
+        self.update()
+
+    def _stamp(self) -> Any:
+        return self.scene.surface.stamp if self.scene.surface is not None else None
+
+    def set_wireframe(self, wanted: bool) -> None:
+        """Draw the edges of the triangles over the form, or not."""
+        self.scene.set_wireframe(wanted)
+        self.update()
+
+    @property
+    def wireframe(self) -> bool:
+        """Whether edges are drawn."""
+        return self.scene.wireframe
+
+    @property
+    def occlusion_available(self) -> bool:
+        """Whether soft shadows in grooves are affordable: on a graphics card only."""
+        return self._software is False
+
+    def set_occlusion(self, wanted: bool) -> bool:
+        """Darken grooves by ambient occlusion; return whether it is on now."""
+        on = wanted and self.occlusion_available
+        self.renderer.SetUseSSAO(on)
+        self.renderer.SetSSAORadius(6.0)
+        self.renderer.SetSSAOBias(0.15)
+        self.renderer.SetSSAOKernelSize(64)
+        self.renderer.SetSSAOBlur(True)
+        self.update()
+        return on
+
+    # Pictures and measures
+
+    def render_image(self, size: tuple[int, int], transparent: bool = False) -> QImage:
+        """Return the form as a picture of `size` device pixels, smooth, without ink over it.
+
+        Parameters
+        ----------
+        transparent : on nothing instead of the gradient.
+        """
+        self._ensure_initialized()
+        standing_in = self.scene.standing_in
+        self.scene.use_stand_in(False)
+        pixels = rendered(self.render_window, self.renderer, size, transparent)
+        self.scene.use_stand_in(standing_in)
+        self.update()
+        return as_image(pixels, transparent)
+
+    def measure(
+        self, first: tuple[float, float], second: tuple[float, float]
+    ) -> tuple[F64, F64, float] | None:
+        """Return two points of the surface (3,), under two pixels, and their distance, mesh units.
+
+        None when the form is not under both.
+        """
+        hits = [self.pick(*first), self.pick(*second)]
+        if hits[0] is None or hits[1] is None:
+            return None
+        a, b = hits[0].point, hits[1].point
+        return a, b, float(np.linalg.norm(b - a))
+
+    def show_measure(self, first: ArrayLike | None, second: ArrayLike | None = None) -> None:
+        """Draw a line between two points (3,) with their distance; None takes it away."""
+        if first is None or second is None:
+            self.hide_curve("measure")
+            return
+        ends = np.array([first, second], dtype=np.float64)
+        length = float(np.linalg.norm(ends[1] - ends[0]))
+        self.show_curve("measure", ends, "guide", label=f"{length:.4g} {self.unit}")
+
+    def set_backdrop(
+        self, image: QImage | None, opacity: float = 0.5, place: QRectF | None = None
+    ) -> None:
+        """Lay a picture to trace over the form; None takes it away.
+
+        Parameters
+        ----------
+        opacity : how much of it shows, 0..1.
+        place : where it lies, logical pixels; else in the middle, as large as fits.
+        """
+        if image is None or image.isNull():
+            self.overlay.set_backdrop(None)
+            return
+        if place is None:
+            size = QSizeF(image.size()).scaled(
+                QSizeF(self.size()) * 0.9, Qt.AspectRatioMode.KeepAspectRatio
+            )
+            corner = QPointF(self.width() - size.width(), self.height() - size.height()) / 2
+            place = QRectF(corner, size)
+        self.overlay.set_backdrop(Backdrop(image, place, min(1.0, max(0.0, opacity))))
+
+    def fade_backdrop(self, opacity: float) -> None:
+        """Let more or less of the picture to trace show, 0..1."""
+        self.overlay.fade_backdrop(opacity)
 
     # Ink
 
@@ -253,6 +449,14 @@ class Viewport(QtInteractor):
     def clear_ink(self) -> None:
         """Take the stroke away."""
         self.overlay.clear_ink()
+
+    def brush(self, x: float, y: float, radius: float | None) -> None:
+        """Show the brush as a circle of `radius` px about a point; None takes it away."""
+        self.overlay.set_brush(None if radius is None else (x, y, radius))
+
+    def invite(self, path: ArrayLike | None) -> None:
+        """Show a dashed lasso (p, 2) that invites to draw there; it goes at the first stroke."""
+        self.overlay.set_invitation(path)
 
     # What is seen
 
@@ -361,6 +565,40 @@ class Viewport(QtInteractor):
         """Take "z" or "y" as the direction that is upright on screen."""
         self._set_eye(replace(self._eye, up={"y": 1, "z": 2}[axis]))
 
+    def link(self, other: Viewport) -> None:
+        """Let both viewports look from the same place from now on."""
+        self.camera_changed.connect(lambda: other.look_as(self))
+        other.camera_changed.connect(lambda: self.look_as(other))
+        other.look_as(self)
+
+    def look_as(self, other: Viewport) -> None:
+        """Look from where another viewport looks."""
+        here, there = self.scene.placement, other.scene.placement
+        eye = other.eye
+        if here.scale != there.scale or (here.centre != there.centre).any():
+            centre = here.to_scene(there.to_mesh(eye.centre))
+            eye = replace(eye, centre=centre, distance=eye.distance * here.scale / there.scale)
+        self._stop_flight()
+        self._set_eye(eye)
+
+    def set_turntable(self, wanted: bool) -> None:
+        """Turn the form slowly about its up axis until somebody takes hold of it."""
+        if wanted:
+            self._stop_flight()
+            self._turntable_clock.start()
+            self._turntable.start()
+        else:
+            self._turntable.stop()
+
+    @property
+    def turntable(self) -> bool:
+        """Whether the form turns by itself."""
+        return self._turntable.isActive()
+
+    def _turn_a_little(self) -> None:
+        seconds = min(0.25, self._turntable_clock.restart() / 1e3)
+        self._set_eye(self._eye.orbited(np.zeros(3), TURNTABLE_PER_SECOND * seconds, 0.0))
+
     def _set_eye(self, eye: Eye) -> None:
         if eye.same_as(self._eye):
             return
@@ -373,6 +611,9 @@ class Viewport(QtInteractor):
     def _apply_eye(self) -> None:
         self._eye.apply(self.renderer.GetActiveCamera(), self.scene.radius)
         self.scene.seen_from(self._eye, self._height())
+        if self._display in ("zebra", "reflection") and self._form is not None:
+            turn_stripes(self._shader, self._eye.axes[:, self._eye.up])
+        self.cube.follow(self._eye)
         self.overlay.follow(self.view())
 
     def _fly(self) -> None:
@@ -389,6 +630,7 @@ class Viewport(QtInteractor):
             self._set_eye(start.towards(goal, eased))
 
     def _stop_flight(self) -> None:
+        self._turntable.stop()
         self._flight = None
         self._flight_timer.stop()
 
@@ -516,11 +758,13 @@ class Viewport(QtInteractor):
         return self._form is not None and len(self._form.faces) > HEAVY_FACES
 
     def _rest(self) -> None:
-        if self.hands.busy or self._flight is not None:
+        if self.hands.navigating or self._flight is not None or self.turntable:
             self._rest_timer.start()
             return
         self.scene.use_stand_in(False)
         self.renderer.SetUseFXAA(bool(self._software))
+        if self._display == "curvature" and self._mapped != self._stamp():
+            self._map_curvature()
         self._apply_eye()
         self.update()
         self.rested.emit()
@@ -568,7 +812,7 @@ class Viewport(QtInteractor):
         """Free everything of OpenGL; call it before the window goes."""
         if getattr(self, "_closed", True):
             return
-        for timer in (self._flight_timer, self._rest_timer):
+        for timer in (self._flight_timer, self._rest_timer, self._turntable):
             timer.stop()
         self._sight = None
         self.scene.clear()

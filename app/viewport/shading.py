@@ -1,0 +1,111 @@
+"""Ways to look at a form: zebra and reflection lines per pixel, curvature and deviation as maps."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from app.look import rgb8
+from app.viewport.overlay import Legend
+from engine import Mesh, cotangent_stiffness, vertex_areas
+from engine.arrays import F64
+
+Display = Literal["clay", "zebra", "reflection", "curvature", "deviation"]
+DISPLAYS: tuple[Display, ...] = ("clay", "zebra", "reflection", "curvature", "deviation")
+
+#: From far inside over nothing to far outside: blue and orange stay apart for everybody.
+DIVERGING = ("#1f4e9c", "#5b93cf", "#b9d3e8", "#f3f1ec", "#f3c59a", "#e08a45", "#a8441c")
+
+# Stripes on the sphere of reflected directions, upright with the form's up axis. `fwidth` gives the
+# stripe's width on screen, so that its edge is smooth at any distance.
+_REFLECTED = """//VTK::Light::Impl
+  vec3 stripeEye = cameraParallel == 1 ? vec3(0.0, 0.0, -1.0) : normalize(vertexVC.xyz);
+  vec3 stripeRay = reflect(stripeEye, normalVCVSOutput);
+  float stripeAt = asin(clamp(dot(stripeRay, stripeAxis), -0.999, 0.999)) * stripeCount / 3.14159265;
+  float stripeWide = max(fwidth(stripeAt), 1e-5);
+  float stripeOff = abs(fract(stripeAt) - 0.5);
+"""
+_ZEBRA = (
+    _REFLECTED
+    + """
+  float stripe = smoothstep(0.25 - stripeWide, 0.25 + stripeWide, stripeOff);
+  stripe = mix(stripe, 0.5, clamp(2.0 * stripeWide - 0.6, 0.0, 1.0));
+  float stripeLit = 0.72 + 0.28 * abs(normalVCVSOutput.z);
+  gl_FragData[0] = vec4(mix(vec3(0.07, 0.07, 0.08), vec3(0.96, 0.95, 0.93), stripe) * stripeLit,
+      gl_FragData[0].a);
+"""
+)
+_REFLECTION = (
+    _REFLECTED
+    + """
+  float stripeLine = 1.0 - smoothstep(0.05, 0.05 + 1.5 * stripeWide, stripeOff);
+  stripeLine *= 1.0 - clamp(2.0 * stripeWide - 0.4, 0.0, 1.0);
+  gl_FragData[0] = vec4(mix(gl_FragData[0].rgb, vec3(0.06, 0.06, 0.09), 0.85 * stripeLine),
+      gl_FragData[0].a);
+"""
+)
+_STRIPES = {"zebra": (_ZEBRA, 14.0), "reflection": (_REFLECTION, 22.0)}
+
+
+def set_stripes(shader: Any, display: Display) -> None:
+    """Let a vtkShaderProperty draw what `display` needs of stripes, or none."""
+    shader.ClearAllFragmentShaderReplacements()
+    code, count = _STRIPES.get(display, ("", 0.0))
+    if code:
+        shader.AddFragmentShaderReplacement("//VTK::Light::Impl", True, code, False)
+        uniforms = shader.GetFragmentCustomUniforms()
+        uniforms.SetUniformf("stripeCount", count)
+
+
+def turn_stripes(shader: Any, axis: F64) -> None:
+    """Keep the stripes upright: `axis` is the form's up in camera coordinates, (3,)."""
+    shader.GetFragmentCustomUniforms().SetUniform3f("stripeAxis", [float(c) for c in axis])
+
+
+def signed_mean_curvature(mesh: Mesh) -> F64:
+    """Return H at each vertex, (n,), in 1 / mesh unit: positive on ridges, negative in grooves.
+
+    H = n . (M^-1 K x) / 2 with n the outward normal.
+    """
+    m = vertex_areas(mesh)
+    turned = ((cotangent_stiffness(mesh) @ mesh.vertices) * mesh.vertex_normals).sum(axis=1)
+    curvature: F64 = np.divide(turned, 2 * m, out=np.zeros_like(m), where=m > 0)
+    curvature[mesh.topology.border_vertices] = 0.0
+    return curvature
+
+
+def signed_deviation(positions: F64, reference: F64, normals: NDArray[Any]) -> F64:
+    """Return the distance of each vertex from where it was, (n,): positive outwards.
+
+    Parameters
+    ----------
+    positions, reference : (n, 3).
+    normals : (n, 3) of either surface; only their side counts.
+    """
+    moved = positions - reference
+    side = np.where((moved * normals).sum(axis=1) < 0, -1.0, 1.0)
+    return np.asarray(side * np.linalg.norm(moved, axis=1))
+
+
+def mapped(values: ArrayLike, most: float) -> NDArray[np.uint8]:
+    """Return colours (n, 3) of values in -most..most."""
+    stops = np.array([rgb8(c) for c in DIVERGING], dtype=np.float64)
+    share = np.clip(np.asarray(values) / (2 * most) + 0.5, 0.0, 1.0) * (len(stops) - 1)
+    return np.stack(
+        [np.interp(share, np.arange(len(stops)), stops[:, k]) + 0.5 for k in range(3)], axis=1
+    ).astype(np.uint8)
+
+
+def round_up(value: float) -> float:
+    """Return the next of 1, 2, 5 times a power of ten: an end of a scale that one can read."""
+    if not value > 0:
+        return 1e-3
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(next(step * power for step in (1, 2, 5, 10) if step * power >= value * (1 - 1e-9)))
+
+
+def legend(title: str, most: float) -> Legend:
+    """Return the scale of a map over -most..most."""
+    return Legend(title, DIVERGING, f"−{most:g}", "0", f"+{most:g}")
