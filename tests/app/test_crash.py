@@ -128,8 +128,8 @@ def thread() -> None:
 def painting() -> None:
     widget = ClumsyWidget()
     # Shown and drawn by the event loop: an error in a paint that Python asked for goes to Python.
-    QTimer.singleShot(0, widget.show)
-    QTimer.singleShot(300, widget.close)
+    QTimer.singleShot(0, lambda: widget.show())
+    QTimer.singleShot(300, lambda: widget.close())
 
 
 @pytest.mark.parametrize(
