@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtCore import QEvent, QObject, QSize, Qt
 from PySide6.QtGui import QKeyEvent, QKeySequence
-from PySide6.QtWidgets import QDialog, QLineEdit, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QDialog,
+    QHeaderView,
+    QLineEdit,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
 
 from app.actions import NATIVE, Actions
 
 WIDTH = 480
+ROW = 32
 
 
 class Palette(QDialog):
@@ -20,8 +29,16 @@ class Palette(QDialog):
         self.line = QLineEdit(self)
         self.line.setPlaceholderText("What do you want to do?")
         self.line.setAccessibleName("Find a command")
-        self.list = QListWidget(self)
+        self.list = QTreeWidget(self)
         self.list.setAccessibleName("Commands")
+        self.list.setHeaderHidden(True)
+        self.list.setRootIsDecorated(False)
+        self.list.setUniformRowHeights(True)
+        self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.list.setColumnCount(2)
+        self.list.header().setStretchLastSection(False)
+        self.list.header().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        self.list.header().setSectionResizeMode(1, QHeaderView.ResizeMode.ResizeToContents)
         column = QVBoxLayout(self)
         column.setContentsMargins(8, 8, 8, 8)
         column.setSpacing(8)
@@ -29,7 +46,7 @@ class Palette(QDialog):
         column.addWidget(self.list)
         self.line.textChanged.connect(self._fill)
         self.line.installEventFilter(self)
-        self.list.itemClicked.connect(lambda _item: self._do())
+        self.list.itemClicked.connect(lambda _item, _column: self._do())
 
     def open(self) -> None:
         """Show the palette near the top of the window."""
@@ -48,8 +65,9 @@ class Palette(QDialog):
             assert isinstance(event, QKeyEvent)
             step = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1}.get(Qt.Key(event.key()))
             if step is not None:
-                row = min(max(self.list.currentRow() + step, 0), self.list.count() - 1)
-                self.list.setCurrentRow(row)
+                row = self.list.indexOfTopLevelItem(self.list.currentItem()) + step
+                row = min(max(row, 0), self.list.topLevelItemCount() - 1)
+                self.list.setCurrentItem(self.list.topLevelItem(row))
                 return True
             if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
                 self._do()
@@ -68,16 +86,18 @@ class Palette(QDialog):
             keys = self._actions.keys(name)
             shown = QKeySequence(keys[0]).toString(NATIVE) if keys else ""
             menu = self._actions.table[name].menu
-            item = QListWidgetItem(f"{menu}: {title}\t{shown}" if menu else f"{title}\t{shown}")
-            item.setData(Qt.ItemDataRole.UserRole, name)
-            self.list.addItem(item)
-        self.list.setCurrentRow(0)
+            item = QTreeWidgetItem(self.list, [f"{menu}: {title}" if menu else title, shown])
+            item.setData(0, Qt.ItemDataRole.UserRole, name)
+            item.setSizeHint(0, QSize(0, ROW))
+            item.setTextAlignment(1, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+            item.setIcon(0, self._actions.qt[name].icon())
+        self.list.setCurrentItem(self.list.topLevelItem(0))
 
     def _do(self) -> None:
         item = self.list.currentItem()
         self.hide()
         if item is not None:
-            self._actions.trigger(item.data(Qt.ItemDataRole.UserRole))
+            self._actions.trigger(item.data(0, Qt.ItemDataRole.UserRole))
 
 
 def match(typed: str, text: str) -> tuple[int, int] | None:

@@ -231,6 +231,17 @@ class Session(QObject):
         if history is not None and moment_id in history.moments:
             self._travel(lambda: history.go(moment_id))
 
+    def rename(self, moment_id: int, name: str) -> None:
+        """Give a moment a name; an empty one takes its name away."""
+        history = self.history
+        if history is None or moment_id not in history.moments:
+            return
+        moment = history.moments[moment_id]
+        wanted = "" if name == moment.label else name
+        if wanted != moment.name:
+            history.rename(moment_id, wanted)
+            self.document_changed.emit()
+
     def _travel(self, way: Callable[[], Document]) -> None:
         self.jobs.cancel("apply")
         self._previewed = self._preview_mesh = None

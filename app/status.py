@@ -108,12 +108,10 @@ class Status(QStatusBar):
         if draft.roi is not None:
             parts.append(f"region {len(draft.roi):,}")
             known = self._session.decomposition
-            if known is not None:
+            if known is not None and known.k:
                 more = "" if known.complete else "…"
                 parts.append(f"{known.k:,} modes{more}")
         error = self._session.target_error
         if error is not None:
-            parts.append(
-                f"target met to {error:.2g} px" if error < 1 else f"target {error:.1f} px off"
-            )
+            parts.append(f"target error {error:.1f} px")
         return "    ".join(parts)

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from PySide6.QtCore import QByteArray, QEvent, QObject, QSettings, Qt, QTimer
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, QPixmap
 from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QApplication,
@@ -29,7 +29,7 @@ from app.look import Appearance, Theme
 from app.palette import Palette
 from app.panels.edit import EditPanel
 from app.panels.level import LevelPanel
-from app.panels.steps import StepsPanel
+from app.panels.steps import THUMBNAIL, StepsPanel
 from app.panels.toolbar import ToolRail, ToolStrip
 from app.places import state_folder
 from app.safety import Safety
@@ -93,10 +93,11 @@ class Window(QMainWindow):
         column = QVBoxLayout()
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
-        for panel in (self.level, self.edit, self.steps):
-            column.addWidget(panel)
-            column.addWidget(_rule())
-        column.addStretch(1)
+        column.addWidget(self.level)
+        column.addWidget(_rule())
+        column.addWidget(self.edit)
+        column.addWidget(_rule())
+        column.addWidget(self.steps, 1)
         inside = QWidget()
         inside.setLayout(column)
         self.side = QScrollArea(self)
@@ -148,6 +149,9 @@ class Window(QMainWindow):
         self.viewport.cancelled.connect(host.cancel)
         self.viewport.alt_scrolled.connect(self._level_by_wheel)
         self.edit.apply_asked.connect(host.enter)
+        self.stage.settled.connect(self._picture_soon)
+        self.documents.pictures = self.steps.pictures
+        session.unpacked.connect(lambda archive: self.steps.take_pictures(dict(archive.pictures)))
         self.appearance.changed.connect(self._dress)
         application = QApplication.instance()
         assert application is not None
@@ -185,6 +189,29 @@ class Window(QMainWindow):
         if self.session.applying:
             return "Putting the details back…"
         return self.toolhost.hint()
+
+    def _picture_soon(self) -> None:
+        if self.steps.wants_picture():
+            QTimer.singleShot(0, self, self._take_picture)
+
+    def _take_picture(self) -> None:
+        """Keep a thumbnail of what is seen for the step that was just made."""
+        history = self.session.history
+        if history is None or self.stage.flowing or not self.steps.wants_picture():
+            return
+        seen = self.viewport.grabFramebuffer()
+        side = min(seen.height() * THUMBNAIL.width() // THUMBNAIL.height(), seen.width())
+        middle = seen.copy((seen.width() - side) // 2, 0, side, seen.height())
+        ratio = self.devicePixelRatioF()
+        picture = QPixmap.fromImage(
+            middle.scaled(
+                THUMBNAIL * ratio,
+                Qt.AspectRatioMode.KeepAspectRatioByExpanding,
+                Qt.TransformationMode.SmoothTransformation,
+            )
+        )
+        picture.setDevicePixelRatio(ratio)
+        self.steps.set_picture(history.current_id, picture)
 
     def _opened(self) -> None:
         path = self.session.path

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.look import SOURCE, TARGET, Theme, icon
-from app.panels.panel import GRID, PLAIN_NUMBER, Panel
+from app.panels.panel import GRID, PLAIN_CHOICE, PLAIN_NUMBER, Panel
 from app.session import Session
 from engine import EditOptions
 
@@ -75,22 +75,30 @@ class EditPanel(Panel):
         amount = QHBoxLayout()
         amount.addWidget(self.amount, 1)
         amount.addWidget(self._amount_words)
-        grid.addWidget(QLabel("Amount", self), 0, 0)
-        grid.addLayout(amount, 0, 1)
+        simple = QHBoxLayout()
+        simple.setSpacing(GRID)
+        simple.addWidget(QLabel("Amount", self))
+        simple.addLayout(amount, 1)
         for row, (label, widget) in enumerate(
-            (("Depth hold", self.depth), ("Polish", self.polish), ("Rim", self.rim)), start=1
+            (("Depth hold", self.depth), ("Polish", self.polish), ("Rim", self.rim))
         ):
             widget.setMinimumHeight(32)
             widget.setAccessibleName(label)
             if isinstance(widget, QAbstractSpinBox):
                 widget.setStyleSheet(PLAIN_NUMBER)
+            else:
+                widget.setStyleSheet(PLAIN_CHOICE)
             grid.addWidget(QLabel(label, self), row, 0)
             grid.addWidget(widget, row, 1)
         grid.setColumnStretch(1, 1)
         self.body.addLayout(self._strokes)
-        self.body.addLayout(grid)
-        self.body.addWidget(self.rectify)
+        grid.addWidget(self.rectify, 3, 0, 1, 2)
+        self._more = Panel("More options", self, opened=False)
+        self._more.body.setContentsMargins(0, 0, 0, 0)
+        self._more.body.addLayout(grid)
+        self.body.addLayout(simple)
         self.body.addWidget(self.apply)
+        self.body.addWidget(self._more)
         self.amount.valueChanged.connect(lambda v: self._set(amount=v / 100))
         self.depth.valueChanged.connect(lambda v: self._set(depth_hold=v))
         self.polish.valueChanged.connect(lambda v: self._set(polish=v))
@@ -103,6 +111,7 @@ class EditPanel(Panel):
     def dress(self, theme: Theme) -> None:
         """Take the colours of `theme`."""
         super().dress(theme)
+        self._more.dress(theme)
         self.refresh()
 
     def _set(self, **changes: object) -> None:

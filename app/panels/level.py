@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtCore import QSignalBlocker, Qt, QTimer
 from PySide6.QtWidgets import QDoubleSpinBox, QGridLayout, QHBoxLayout, QLabel, QSlider, QWidget
 
+from app.look import Theme
+from app.panels.charts import Histogram, LevelCurve
 from app.panels.panel import GRID, PLAIN_NUMBER, Panel
 from app.session import Session
 from engine import Decomposition
 
 TICKS = 1000
+CHART_MS = 40
 
 
 class LevelPanel(Panel):
@@ -54,15 +56,34 @@ class LevelPanel(Panel):
             figures.addWidget(QLabel(label, self), row, 0)
             figures.addWidget(widget, row, 1)
         figures.setColumnStretch(1, 1)
+        self.histogram = Histogram(self)
+        self.curve = LevelCurve(self)
+        self.curve.asked.connect(self._modes_asked)
         self.body.addWidget(self.slider)
         self.body.addLayout(ends)
         self.body.addLayout(figures)
+        self.body.addWidget(self.histogram)
+        self.body.addWidget(self.curve)
+        self._charts = QTimer(self)
+        self._charts.setSingleShot(True)
+        self._charts.setInterval(CHART_MS)
+        self._charts.timeout.connect(self._show_charts)
         session.document_changed.connect(self.refresh)
         session.decomposition_changed.connect(self.refresh)
         self.refresh()
 
+    def dress(self, theme: Theme) -> None:
+        """Take the colours of `theme`."""
+        super().dress(theme)
+        self.histogram.dress(theme)
+        self.curve.dress(theme)
+        for label in (self._base, self._full):
+            label.setStyleSheet(f"color: {theme.faint};")
+
     def refresh(self) -> None:
         """Show the level of the current document."""
+        if not self._charts.isActive():
+            self._charts.start()
         document, known = self._session.document, self._session.decomposition
         on = document is not None and document.draft.roi is not None
         for widget in (self.slider, self.percent, self.feature, self.modes):
@@ -82,28 +103,26 @@ class LevelPanel(Panel):
         unit = document.unit
         with QSignalBlocker(self.feature):
             self.feature.setSuffix(f" {unit}")
-            size = smallest_feature(known, k)
-            self.feature.setValue(0.0 if size is None else size)
+            size = known.wavelength(k)
+            self.feature.setValue(size if math.isfinite(size) else 0.0)
 
     def _feature_typed(self) -> None:
         known = self._session.decomposition
         size = self.feature.value()
         if known is None or size <= 0 or not self.feature.hasFocus():
             return
-        self._session.slide_level(level_of_feature(known, size))
+        self._session.slide_level(known.level_of(known.mode_count_at(size)))
 
+    def _modes_asked(self, k: int) -> None:
+        known = self._session.decomposition
+        if known is not None:
+            self._session.slide_level(known.level_of(k))
 
-def smallest_feature(known: Decomposition, k: int) -> float | None:
-    """Wavelength 2 pi / sqrt(lambda_k) of the finest mode that is shown; None for the base."""
-    if k <= 0 or known.k == 0:
-        return None
-    return float(2 * math.pi / math.sqrt(known.eigenvalues[min(k, known.k) - 1]))
-
-
-def level_of_feature(known: Decomposition, size: float) -> float:
-    """Level that keeps the features of at least `size` (mesh units) and no smaller ones."""
-    k = int(np.searchsorted(known.eigenvalues, (2 * math.pi / size) ** 2, side="right"))
-    return known.level_of(k)
+    def _show_charts(self) -> None:
+        document, known = self._session.document, self._session.decomposition
+        k = 0 if document is None or known is None else known.mode_count(document.draft.level)
+        self.histogram.show_level(known, k, "mm" if document is None else document.unit)
+        self.curve.show_level(known, k)
 
 
 def mode_words(known: Decomposition, k: int) -> str:

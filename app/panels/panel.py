@@ -13,13 +13,15 @@ PLAIN_NUMBER = (
     "QAbstractSpinBox::up-button, QAbstractSpinBox::down-button"
     " { width: 0px; border: none; background: transparent; }"
     "QAbstractSpinBox::up-arrow, QAbstractSpinBox::down-arrow { width: 0px; height: 0px; }"
+    "QLineEdit { border: none; background: transparent; padding: 0px 8px; min-height: 0px; }"
 )
+PLAIN_CHOICE = "QComboBox::drop-down { border: none; background: transparent; width: 24px; }"
 
 
 class Panel(QWidget):
     """A title that folds, and a body below it."""
 
-    def __init__(self, title: str, parent: QWidget | None = None) -> None:
+    def __init__(self, title: str, parent: QWidget | None = None, opened: bool = True) -> None:
         super().__init__(parent)
         self.setObjectName(f"panel {title}")
         self._theme: Theme | None = None
@@ -48,9 +50,9 @@ class Panel(QWidget):
         column.setSpacing(0)
         column.addLayout(head)
         column.addWidget(self._inside)
-        opened = QSettings().value(self._key, True, type=bool)
-        self._head.setChecked(bool(opened))
-        self._fold(bool(opened))
+        opened = bool(QSettings().value(self._key, opened, type=bool))
+        self._head.setChecked(opened)
+        self._fold(opened)
         self._head.toggled.connect(self._toggled)
 
     def set_note(self, text: str) -> None:

@@ -1,43 +1,239 @@
-"""Steps panel: everything done since opening, to go back to; what was undone stays."""
+"""Steps panel: the tree of everything applied since opening, with thumbnails; variants by name."""
 
 from __future__ import annotations
 
-from PySide6.QtCore import QSignalBlocker, Qt
-from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
+from dataclasses import dataclass
 
-from app.panels.panel import Panel
+from PySide6.QtCore import QBuffer, QEvent, QIODevice, QPoint, QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtGui import QIcon, QPixmap
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHBoxLayout,
+    QHeaderView,
+    QMenu,
+    QPushButton,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QWidget,
+)
+
+from app.panels.panel import GRID, Panel
 from app.session import Session
+from engine import History
+
+THUMBNAIL = QSize(64, 48)
+ID = Qt.ItemDataRole.UserRole
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the tree: a moment, how deep it stands, and its words."""
+
+    moment: int
+    parent: int | None
+    words: str
+    resting: bool
+
+
+def rows(history: History) -> list[Row]:
+    """Return the moments worth showing, parents before children.
+
+    These are the first one, every step applied, every moment with a name, and the current one.
+    A chain without branches stands on one line each at the same depth; only branches indent.
+    """
+    moments = history.moments
+    shown: list[int] = []
+    for moment in sorted(moments.values(), key=lambda one: one.id):
+        before = None if moment.parent is None else moments[moment.parent].document
+        applied = before is None or moment.document.recipe is not before.recipe
+        if applied or moment.name or moment.id == history.current_id:
+            shown.append(moment.id)
+    made: list[Row] = []
+    for one in shown:
+        parent = moments[one].parent
+        while parent is not None and parent not in shown:
+            parent = moments[parent].parent
+        resting = moments[one].name != "" or parent is None
+        resting = resting or (
+            moments[one].document.recipe is not moments[moments[one].parent or 0].document.recipe
+        )
+        made.append(Row(one, parent, moments[one].name or moments[one].label, resting))
+    return made
 
 
 class StepsPanel(Panel):
-    """The way from the opened mesh to the current document, and what redo would lead to."""
+    """The tree of steps. A click goes there; going back and working on makes a branch.
+
+    Signals
+    -------
+    compare_asked(id) : the person wants to see a moment beside the current one.
+    """
+
+    compare_asked = Signal(int)
 
     def __init__(self, session: Session, parent: QWidget | None = None) -> None:
         super().__init__("Steps", parent)
         self._session = session
-        self.list = QListWidget(self)
-        self.list.setAccessibleName("Steps")
-        self.list.setMinimumHeight(120)
-        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.list.itemClicked.connect(self._clicked)
-        self.list.itemActivated.connect(self._clicked)
-        self.body.addWidget(self.list)
+        self._icons: dict[int, QIcon] = {}
+        self._pictures: dict[int, QPixmap] = {}
+        self.tree = QTreeWidget(self)
+        self.tree.setAccessibleName("Steps and variants")
+        self.tree.setHeaderHidden(True)
+        self.tree.setIconSize(THUMBNAIL)
+        self.tree.setIndentation(16)
+        self.tree.setMinimumHeight(220)
+        self.tree.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.tree.header().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+        self.tree.setEditTriggers(
+            QAbstractItemView.EditTrigger.EditKeyPressed
+            | QAbstractItemView.EditTrigger.SelectedClicked
+        )
+        self.tree.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        self.tree.customContextMenuRequested.connect(self._menu)
+        self.tree.itemClicked.connect(lambda item, _column: self._go(item))
+        self.tree.itemActivated.connect(lambda item, _column: self._go(item))
+        self.tree.itemChanged.connect(self._renamed)
+        self.name = QPushButton("Name this variant", self)
+        self.name.setToolTip("Give the current step a name, to find it again and compare it")
+        self.name.clicked.connect(self.name_current)
+        self.compare = QPushButton("Compare…", self)
+        self.compare.setToolTip("See another step beside this one")
+        self.compare.clicked.connect(self._compare_menu)
+        buttons = QHBoxLayout()
+        buttons.setSpacing(GRID)
+        buttons.addWidget(self.name, 1)
+        buttons.addWidget(self.compare)
+        self.body.addWidget(self.tree, 1)
+        self.body.addLayout(buttons)
+        session.opened.connect(self._icons.clear)
+        session.opened.connect(self._pictures.clear)
         session.document_changed.connect(self.refresh)
+
+    # ---- thumbnails
+
+    def wants_picture(self) -> bool:
+        """Whether the current moment is shown here and has no thumbnail yet."""
+        history = self._session.history
+        if history is None or history.current_id in self._icons:
+            return False
+        return any(row.moment == history.current_id and row.resting for row in rows(history))
+
+    def set_picture(self, moment: int, picture: QPixmap) -> None:
+        """Give a moment its thumbnail."""
+        self._pictures[moment] = picture
+        self._icons[moment] = QIcon(picture)
+        self.refresh()
+
+    def pictures(self) -> dict[int, bytes]:
+        """Return the thumbnails as PNG files, for the document file."""
+        return {moment: _png(picture) for moment, picture in self._pictures.items()}
+
+    def take_pictures(self, files: dict[int, bytes]) -> None:
+        """Show thumbnails that came with a document file."""
+        for moment, data in files.items():
+            picture = QPixmap()
+            if picture.loadFromData(data):
+                self._pictures[moment] = picture
+                self._icons[moment] = QIcon(picture)
+        self.refresh()
+
+    # ---- the tree
 
     def refresh(self) -> None:
         """Show the history as it is now."""
         history = self._session.history
-        with QSignalBlocker(self.list):
-            self.list.clear()
+        self.name.setEnabled(history is not None)
+        self.compare.setEnabled(history is not None and len(rows(history)) > 1)
+        with QSignalBlocker(self.tree):
+            self.tree.clear()
             if history is None:
                 return
-            for moment in sorted(history.moments.values(), key=lambda one: one.id):
-                item = QListWidgetItem(moment.name or moment.label)
-                item.setData(Qt.ItemDataRole.UserRole, moment.id)
-                self.list.addItem(item)
-                if moment.id == history.current_id:
-                    self.list.setCurrentItem(item)
-                    self.list.scrollToItem(item)
+            items: dict[int, QTreeWidgetItem] = {}
+            homes: dict[int, QTreeWidgetItem] = {}
+            made = rows(history)
+            children: dict[int | None, int] = {}
+            for row in made:
+                children[row.parent] = children.get(row.parent, 0) + 1
+            root = self.tree.invisibleRootItem()
+            for row in made:
+                home = root
+                if row.parent is not None:
+                    # Only where the way forks does the tree grow to the right.
+                    forks = children[row.parent] > 1
+                    home = items[row.parent] if forks else homes[row.parent]
+                item = QTreeWidgetItem(home, [row.words])
+                item.setData(0, ID, row.moment)
+                item.setFlags(item.flags() | Qt.ItemFlag.ItemIsEditable)
+                icon = self._icons.get(row.moment)
+                if icon is not None:
+                    item.setIcon(0, icon)
+                item.setSizeHint(0, QSize(0, THUMBNAIL.height() + 8 if icon else 32))
+                tip = "Click to go here, F2 to name it, right-click for more"
+                item.setToolTip(0, tip)
+                items[row.moment], homes[row.moment] = item, home
+            self.tree.expandAll()
+            current = items.get(history.current_id)
+            if current is not None:
+                self.tree.setCurrentItem(current)
+                self.tree.scrollToItem(current)
+        count = sum(1 for row in rows(history) if row.resting) - 1
+        self.set_note(f"{count}" if count > 0 else "")
 
-    def _clicked(self, item: QListWidgetItem) -> None:
-        self._session.go(int(item.data(Qt.ItemDataRole.UserRole)))
+    def name_current(self) -> None:
+        """Let the person type a name for the current moment."""
+        item = self.tree.currentItem()
+        if item is not None:
+            self.tree.setFocus()
+            self.tree.editItem(item, 0)
+
+    def _go(self, item: QTreeWidgetItem) -> None:
+        moment, history = int(item.data(0, ID)), self._session.history
+        if history is not None and moment != history.current_id:
+            self._session.go(moment)
+
+    def _renamed(self, item: QTreeWidgetItem) -> None:
+        history = self._session.history
+        if history is not None:
+            self._session.rename(int(item.data(0, ID)), item.text(0).strip())
+
+    def _menu(self, at: QPoint) -> None:
+        item, history = self.tree.itemAt(at), self._session.history
+        if item is None or history is None:
+            return
+        moment = int(item.data(0, ID))
+        menu = QMenu(self)
+        menu.addAction("Go here", lambda: self._go(item))
+        menu.addAction("Name…", lambda: self.tree.editItem(item, 0))
+        compare = menu.addAction(
+            "Compare with the current one", lambda: self.compare_asked.emit(moment)
+        )
+        compare.setEnabled(moment != history.current_id)
+        menu.popup(self.tree.viewport().mapToGlobal(at))
+
+    def _compare_menu(self) -> None:
+        history = self._session.history
+        if history is None:
+            return
+        menu = QMenu(self)
+        for row in rows(history):
+            if row.moment != history.current_id:
+                action = menu.addAction(
+                    row.words, lambda moment=row.moment: self.compare_asked.emit(moment)
+                )
+                icon = self._icons.get(row.moment)
+                if icon is not None:
+                    action.setIcon(icon)
+        menu.popup(self.compare.mapToGlobal(QPoint(0, self.compare.height())))
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Rows are as high as the font asks for."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.FontChange:
+            self.refresh()
+
+
+def _png(picture: QPixmap) -> bytes:
+    buffer = QBuffer()
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    picture.save(buffer, "PNG")
+    return bytes(buffer.data().data())
