@@ -21,6 +21,7 @@ OURS = ("app", "engine", "plugins", "resources")
 LASTING_THREADS = (
     "pytest_timeout",
     "file-worker",
+    "Dask-Offload",
     "Dummy-",
     "execnet",
     "pydevd",

@@ -72,7 +72,7 @@ def run_batch(given: argparse.Namespace) -> int:
     from app.batch.folder import Row
     from app.batch.item import Item
     from app.headless import open_for, read_recipe
-    from engine import EngineError, load, transfer
+    from engine import EngineError, load
 
     recipe = with_steps(read_recipe(given.recipe))
     if given.transfer and given.from_mesh is None:
@@ -89,6 +89,8 @@ def run_batch(given: argparse.Namespace) -> int:
                 mesh = open_for(recipe, path, given.force)
             else:
                 mesh = load(path)
+                from engine import transfer
+
                 carried = transfer(recipe, made_on, mesh)
                 own = carried.recipe
                 print(f"{path.name}: {carried.report}", file=sys.stderr)
