@@ -123,6 +123,7 @@ def sketch_figures(edit: SketchEdit, before: Mesh, after: Mesh, run: Run) -> dic
         },
         "rim_dihedral_p95_degrees": {
             "before": math.degrees(rim_dihedral(before, roi)),
+            "level": math.degrees(rim_dihedral(plain, roi)),
             "after": math.degrees(rim_dihedral(after, roi)),
         },
         "edge_stretch": asdict(edge_stretch(before, after, roi)),
