@@ -7,12 +7,13 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QBoxLayout, QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
 
 from engine.journal import Recoverable
 
 MARGIN = 16
 WIDEST = 860
+NARROW = 560
 
 
 class RecoveryBar(QFrame):
@@ -34,10 +35,13 @@ class RecoveryBar(QFrame):
         )
         self._text = QLabel(self)
         self._text.setWordWrap(True)
-        self._row = QHBoxLayout(self)
-        self._row.setContentsMargins(16, 8, 8, 8)
+        self._row = QHBoxLayout()
         self._row.setSpacing(8)
-        self._row.addWidget(self._text, 1)
+        self._both = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
+        self._both.setContentsMargins(16, 8, 8, 8)
+        self._both.setSpacing(8)
+        self._both.addWidget(self._text, 1)
+        self._both.addLayout(self._row)
         self.buttons: dict[str, QPushButton] = {}
         self.hide()
         over.installEventFilter(self)
@@ -72,8 +76,11 @@ class RecoveryBar(QFrame):
     def _place(self) -> None:
         over = self.parentWidget()
         width = max(200, min(WIDEST, over.width() - 2 * MARGIN))
-        self.setFixedWidth(width)
-        self.adjustSize()
+        # In a narrow window the buttons stand below the sentence, none of them cut off.
+        wide = width > NARROW
+        direction = QBoxLayout.Direction
+        self._both.setDirection(direction.LeftToRight if wide else direction.TopToBottom)
+        self.setFixedSize(width, self._both.totalHeightForWidth(width))
         self.move((over.width() - width) // 2, MARGIN)
         self.raise_()
 

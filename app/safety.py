@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QEvent, QObject, Qt, Signal, Slot
-from PySide6.QtGui import QGuiApplication
+from PySide6.QtGui import QGuiApplication, QIcon
 from PySide6.QtWidgets import QMessageBox
 
 from app.autosave import Autosave
@@ -175,6 +175,8 @@ class Safety(QObject):
         question.setStandardButtons(standard.Save | standard.Discard | standard.Cancel)
         question.setDefaultButton(standard.Save)
         question.button(standard.Discard).setText("Don't save")
+        for button in question.buttons():
+            button.setIcon(QIcon())
         question.finished.connect(self._answered)
         self._question = question
         question.open()

@@ -260,10 +260,14 @@ def test_what_was_killed_is_offered_and_restored(
     assert "“sphere.ply”" in bar.text
     assert "one step" in bar.text
     assert set(bar.buttons) == {"Restore", "Discard", "Later"}
-    for size in (QSize(1000, 720), QSize(620, 500)):
+    for size in (QSize(1000, 720), QSize(660, 500)):
         after.resize(size)
         qtbot.waitUntil(lambda: bar.width() < after.viewport.width())
         assert after.viewport.rect().contains(bar.geometry())
+        # No button is cut off.
+        qtbot.waitUntil(
+            lambda: all(one.width() >= one.sizeHint().width() for one in bar.buttons.values())
+        )
         picture(after, artefacts, f"offer {size.width()}")
     qtbot.mouseClick(bar.buttons["Restore"], Qt.MouseButton.LeftButton)
     qtbot.waitUntil(settled(after))

@@ -264,7 +264,7 @@ def test_records_across_the_blocks_of_a_search(tmp_path: Path) -> None:
 
 def test_handing_over_never_waits(tmp_path: Path) -> None:
     scribe = Scribe(tmp_path)
-    begun = History(Document.open(grid(700)))
+    begun = History(Document.open(grid(300)))
     begin = time.perf_counter()
     scribe.begin(begun.state())
     longest = time.perf_counter() - begin
@@ -381,7 +381,7 @@ def test_a_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
 # ---- really killed
 
 
-KILLS = [pytest.param(5), pytest.param(50, marks=pytest.mark.soak)]
+KILLS = [pytest.param(4), pytest.param(50, marks=pytest.mark.soak)]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGKILL is of POSIX")
