@@ -29,7 +29,13 @@ class Canvas(Protocol):
 
     def vertices_inside(self, polygon: F64, through: bool = False) -> I64: ...
 
+    def vertices_near(self, x: float, y: float, radius: float, through: bool = False) -> I64: ...
+
     def faces_under(self, path: F64) -> I64: ...
+
+    def set_region(self, ids: I64 | None) -> None: ...
+
+    def brush(self, x: float, y: float, radius: float | None) -> None: ...
 
     def ink(self, path: F64, role: Role, closed: bool = False) -> None: ...
 
@@ -69,6 +75,7 @@ class ToolHost(QObject):
         self._options: dict[str, Any] = {name: tool.Options() for name, tool in tools.items()}
         self._active = next(iter(self.tools), "")
         self._gesture: Gesture | None = None
+        self._marked = False
         session.opened.connect(self._opened)
         session.document_changed.connect(self._follow)
 
@@ -162,10 +169,27 @@ class ToolHost(QObject):
 
     def pointer(self, event: Pointer) -> None:
         """Take one event of mouse or pen."""
+        self._show_circle(event)
         if event.kind == "press" and self._gesture is None:
             self._begin(event)
         elif self._gesture is not None and event.kind != "hover":
             self._advance(event)
+
+    def _show_circle(self, event: Pointer) -> None:
+        tool = self.active
+        if tool is None or self._session.document is None:
+            return
+        radius = None
+        if self._active not in self.switched_off:
+            radius = self._asked(tool, "circle", self._options[self._active], None)
+        self._canvas.brush(event.x, event.y, radius if isinstance(radius, int | float) else None)
+
+    def _unmark(self) -> None:
+        """Show the region of the document again, after a gesture that showed another."""
+        if self._marked:
+            self._marked = False
+            document = self._session.document
+            self._canvas.set_region(None if document is None else document.draft.roi)
 
     def cancel(self) -> bool:
         """Close the gesture under way; returns whether there was one."""
@@ -242,6 +266,7 @@ class ToolHost(QObject):
         except NonsenseError as error:
             self._fail(tool, error)
             taken = False
+        self._unmark()
         if not taken:
             self._session.end_preview()
         self.gesture_changed.emit()
@@ -265,6 +290,7 @@ class ToolHost(QObject):
 
     def _put_away(self) -> None:
         self._canvas.clear_ink()
+        self._unmark()
         self.said.emit("")
         self._session.end_preview()
         self.gesture_changed.emit()
@@ -276,10 +302,10 @@ class ToolHost(QObject):
             "Your document is as it was; choose another tool."
         )
 
-    def _asked(self, tool: Tool, question: str, document: Document, otherwise: object) -> object:
-        """Ask a tool about the document; one that raises is switched off and named."""
+    def _asked(self, tool: Tool, question: str, about: object, otherwise: object) -> object:
+        """Ask a tool about the document or its options; one that raises is switched off, named."""
         try:
-            return getattr(tool, question)(document)
+            return getattr(tool, question)(about)
         except Exception as error:
             log.info("Tool %s raised in %s", tool.id, question, exc_info=True)
             self.switched_off.add(tool.id)
@@ -317,6 +343,15 @@ class ToolHost(QObject):
     def vertices_inside(self, polygon: F64, through: bool = False) -> I64:
         """Ids of the vertices inside a closed lasso."""
         return self._canvas.vertices_inside(polygon, through)
+
+    def vertices_near(self, x: float, y: float, radius: float, through: bool = False) -> I64:
+        """Ids of the vertices within `radius` px of a pixel."""
+        return self._canvas.vertices_near(x, y, radius, through)
+
+    def mark(self, ids: I64 | None) -> None:
+        """Show `ids` as the region until the gesture ends."""
+        self._marked = True
+        self._canvas.set_region(ids)
 
     def faces_under(self, path: F64) -> I64:
         """Ids of the visible faces below a path."""

@@ -102,12 +102,20 @@ class Context(Protocol):
         """Return ids of the vertices inside a closed lasso (p, 2) px, the visible ones or all."""
         ...
 
+    def vertices_near(self, x: float, y: float, radius: float, through: bool = False) -> I64:
+        """Return ids of the vertices within `radius` px of a pixel, the visible ones or all."""
+        ...
+
     def faces_under(self, path: F64) -> I64:
         """Return ids of the visible faces below a path (p, 2) px, in the path's order."""
         ...
 
     def draw(self, path: F64, role: Role, closed: bool = False) -> None:
         """Show ink (p, 2) px over the scene until the gesture ends."""
+        ...
+
+    def mark(self, ids: I64 | None) -> None:
+        """Show `ids` as the region until the gesture ends; nothing is computed for it."""
         ...
 
     def preview(self, change: Document | Step) -> None:
@@ -179,6 +187,10 @@ class Tool:
     def hint(self, document: Document) -> str:
         """Say in one line what to do next with this tool."""
         return self.tip
+
+    def circle(self, options: Any) -> float | None:
+        """Radius in px of a circle to show around the pointer, or None for none."""
+        return None
 
     def gesture(self, context: Context, pointer: Pointer) -> Gesture:
         """Handle one press, its moves and its release."""
