@@ -20,6 +20,7 @@ from engine.errors import (
 )
 from engine.io import Imported, ImportReport, load, open_file, save, start_worker
 from engine.mesh import Mesh, Topology
+from engine.mirror import mirrored_region, symmetry_plane
 from engine.operators import cotangent_stiffness, mean_curvature, vertex_areas
 from engine.prepared import EditResult, PreparedEdit
 from engine.recipe import Kinds, Recipe, Step, UnknownStep, replay

@@ -23,6 +23,9 @@ from engine.run import Run
 # Rows are met to this fraction of an anchor's own compliance: far below a pixel, and enough to keep
 # the dense system regular when two strokes share an anchor and disagree.
 _FIRM = 1e-10
+_ROWS_OF_ONE_STROKE = 2
+# Two sight planes fix a direction well from about 16 degrees between them.
+_WELL_FIXED = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +54,38 @@ class Rows:
             np.concatenate([p.distances for p in parts]),
             np.concatenate([p.softness for p in parts]),
         )
+
+    def agreed(self) -> Rows:
+        """Return rows that do not contradict each other at any anchor.
+
+        Where one stroke asks, its two rows stay. Where several do, the rows at the anchor are
+        replaced by their least-squares answer along the directions that they fix well. Two sight
+        planes that are nearly parallel and not the same meet far away, at the eye when both come
+        from one camera: taken literally they would drag the surface there.
+        """
+        count = np.bincount(self.anchors)
+        shared = count[self.anchors] > _ROWS_OF_ONE_STROKE
+        if not shared.any():
+            return self
+        at, which = np.unique(self.anchors[shared], return_inverse=True)
+        D, r = self.directions[shared], self.distances[shared]
+        weight = 1.0 / (1.0 + self.softness[shared])
+        normal = np.zeros((len(at), 3, 3))
+        np.add.at(normal, which, weight[:, None, None] * D[:, :, None] * D[:, None, :])
+        asked = np.zeros((len(at), 3))
+        np.add.at(asked, which, (weight * r)[:, None] * D)
+        values, axes = np.linalg.eigh(normal)
+        kept = values > _WELL_FIXED * values[:, -1:]
+        way = np.einsum("qab,qa->qb", axes, asked) / np.where(kept, values, 1.0)
+        i, k = np.nonzero(kept)
+        softness = np.bincount(which, self.softness[shared]) / np.bincount(which)
+        rest = Rows(
+            self.anchors[~shared],
+            self.directions[~shared],
+            self.distances[~shared],
+            self.softness[~shared],
+        )
+        return Rows.stacked([rest, Rows(at[i], axes[i, :, k], way[i, k], softness[i])])
 
 
 class Handles:

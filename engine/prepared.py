@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from engine.arap import Polish
-from engine.arrays import F64, I64
+from engine.arrays import B1, F64, I64
 from engine.decomposition import decompose_stream
 from engine.detail import Decomposition
 from engine.errors import SketchError, SolveError
 from engine.handles import Handles, Rows
 from engine.lse import Lse
 from engine.mesh import Mesh
+from engine.mirror import Twins, mirrored_region
 from engine.rectify import ring_products, ring_rotations, turned
 from engine.run import Memo, Run
 from engine.view import View
@@ -61,9 +62,11 @@ def prepare_edit(
     anchors : (c,) vertex ids of each stroke; none prepares what the anchors do not change.
     """
     roi = np.asarray(roi, dtype=np.int64)
+    if options.mirror:
+        roi = mirrored_region(mesh, roi, options.mirror)
     region_key = (mesh.digest, roi.tobytes(), options.rim, options.free_borders)
     parts = decomposition
-    if parts is None or not _is_of(parts, mesh, options) or not parts.reaches(level):
+    if parts is None or not _is_of(parts, mesh, roi, options) or not parts.reaches(level):
         parts = run.memo.get(
             ("decomposition", *region_key, level),
             lambda: _decomposed(mesh, roi, level, options, run),
@@ -77,7 +80,10 @@ def prepare_edit(
         return LevelSurface(parts, k)
 
     surface = surfaces.get((*region_key, k), at_level)
-    ids = np.concatenate([*anchors, np.array(options.pins, dtype=np.int64)]).astype(np.int64)
+    twins = Twins(mesh, parts.roi, options.mirror) if options.mirror else None
+    ids = np.concatenate([*anchors, _pins(options)]).astype(np.int64)
+    if twins is not None and len(ids):
+        ids = np.concatenate([ids, *(twins.of(i) for i in (*anchors, _pins(options)) if len(i))])
     moving = np.unique(np.searchsorted(parts.roi, ids[np.isin(ids, parts.roi)]))
     if len(anchors) and len(moving) == 0:
         raise SketchError(
@@ -95,15 +101,21 @@ def prepare_edit(
         polish = surface.polish.get(
             moving.tobytes(), lambda: Polish(surface.lse, surface.rings, moving)
         )
-    return PreparedEdit(mesh, surface, handles, polish, options)
+    return PreparedEdit(mesh, surface, handles, polish, twins, options)
 
 
-def _is_of(parts: Decomposition, mesh: Mesh, options: EditOptions) -> bool:
+def _pins(options: EditOptions) -> I64:
+    return np.array(options.pins, dtype=np.int64)
+
+
+def _is_of(parts: Decomposition, mesh: Mesh, roi: I64, options: EditOptions) -> bool:
     region = parts.region
+    chosen = np.concatenate([region.roi, region.held, region.unused])
     return (
         region.mesh is mesh
         and parts.rim == options.rim
         and region.free_borders == options.free_borders
+        and np.array_equal(np.sort(chosen), np.unique(roi))
     )
 
 
@@ -154,15 +166,18 @@ class PreparedEdit:
         surface: LevelSurface,
         handles: Handles,
         polish: Polish | None,
+        twins: Twins | None,
         options: EditOptions,
     ) -> None:
         self._mesh = mesh
         self._surface = surface
         self._handles = handles
         self._polish = polish
+        self._twins = twins
         self._options = options
         self.decomposition = surface.decomposition
         self.k = surface.k
+        self._scale = surface.decomposition.region.scale
 
     def solve(self, strokes: Sequence[Stroke]) -> EditResult:
         """Return the surface for these targets.
@@ -178,11 +193,12 @@ class PreparedEdit:
         SketchError
             A target lies behind the eye.
         """
-        region = self.decomposition.region
         rest = self._surface.rest
-        parts = [self._stroke_rows(stroke) for stroke in strokes]
-        parts.append(self._pin_rows())
-        rows = Rows.stacked(parts)
+        asked = strokes
+        if self._twins is not None:
+            asked = self._twins.with_twins(strokes, self._placed(rest))
+        aims = Rows.stacked([self._pin_rows(), *(self._sight_rows(s) for s in asked)])
+        rows = Rows.stacked([aims.agreed(), *(self._depth_rows(s) for s in asked)])
         moved = self._handles.displacement(rows)
         if not moved.any():
             level = self._placed(rest)
@@ -190,7 +206,7 @@ class PreparedEdit:
         if self._polish is not None:
             moved = self._polish.relax(moved, self._options.polish)
         self._guard(moved, rows)
-        deformed = rest + moved * region.scale
+        deformed = rest + moved * self._scale
         detailed = self.detailed(moved)
         level = self._placed(deformed)
         return EditResult(level, self._placed(detailed), self._target_error(level, strokes))
@@ -212,7 +228,7 @@ class PreparedEdit:
         moved : (m, 3) displacement of the surface at the level, in the region's frame.
         """
         parts = self.decomposition
-        shifted = parts.original + moved * parts.region.scale
+        shifted = parts.original + moved * self._scale
         if not self._options.rectify or self.k >= parts.m:
             return shifted
         high = self._surface.high
@@ -238,57 +254,59 @@ class PreparedEdit:
                 "Draw the target closer to the form, or raise the depth hold."
             )
 
-    def _stroke_rows(self, stroke: Stroke) -> Rows:
+    def _sight_rows(self, stroke: Stroke) -> Rows:
         """Return the rows of Eq. 17 for one stroke, in the region's frame.
 
         Two planes contain the line of sight of a target pixel (u, v): (P1 - u P3) x = 0 and
         (P2 - v P3) x = 0, exact in perspective. Each is divided by the length of its normal, so
-        that it measures a distance. A third, weak row holds the depth.
+        that it measures a distance.
         """
-        region, roi = self.decomposition.region, self.decomposition.roi
-        inside = np.isin(stroke.anchors, roi)
-        ids = np.searchsorted(roi, stroke.anchors[inside])
-        which = np.searchsorted(self._handles.anchors, ids)
-        x = self._surface.rest[ids]
+        inside, which = self._moving(stroke.anchors)
+        x = self._surface.rest[np.searchsorted(self.decomposition.roi, stroke.anchors[inside])]
         here = stroke.view.project(x)
         way = self._options.amount * (stroke.target[inside] - here)
         still = np.linalg.norm(way, axis=1) <= _STILL_PX
         uv = here + way
         P = stroke.view.pixel_matrix
+        planes = P[None, :2] - uv[:, :, None] * P[2]
+        size = np.linalg.norm(planes[:, :, :3], axis=2)
+        if not (size > 0).all():
+            raise SketchError("A target lies behind the eye. Draw it in front of the camera.")
         homogeneous = np.column_stack([x, np.ones(len(x))])
-        normals, distances = [], []
-        for axis in (0, 1):
-            plane = P[axis] - uv[:, axis, None] * P[2]
-            size = np.linalg.norm(plane[:, :3], axis=1)
-            if not (size > 0).all():
-                raise SketchError("A target lies behind the eye. Draw it in front of the camera.")
-            normals.append(plane[:, :3] / size[:, None])
-            away = np.einsum("ca,ca->c", plane, homogeneous) / size / region.scale
-            distances.append(np.where(still, 0.0, -away))
-        weights = np.ones(len(ids)) if stroke.weights is None else stroke.weights[inside]
-        give = 1.0 / weights - 1.0
-        hold = self._options.depth_hold
-        if hold > 0:
-            normals.append(np.broadcast_to(sight_direction(stroke.view), (len(ids), 3)))
-            distances.append(np.zeros(len(ids)))
-        softness = [give, give] + ([np.full(len(ids), 1.0 / hold)] if hold > 0 else [])
+        away = np.einsum("cra,ca->cr", planes, homogeneous) / size / self._scale
+        away[still] = 0.0
+        weights = np.ones(len(x)) if stroke.weights is None else stroke.weights[inside]
         return Rows(
-            np.tile(which, len(normals)),
-            np.concatenate(normals),
-            np.concatenate(distances),
-            np.concatenate(softness),
+            np.repeat(which, 2),
+            (planes[:, :, :3] / size[:, :, None]).reshape(-1, 3),
+            -away.ravel(),
+            np.repeat(1.0 / weights - 1.0, 2),
         )
 
-    def _pin_rows(self) -> Rows:
+    def _depth_rows(self, stroke: Stroke) -> Rows:
+        """Return the weak rows that hold the anchors' distance from the eye."""
+        hold = self._options.depth_hold
+        _, which = self._moving(stroke.anchors)
+        if hold <= 0:
+            which = which[:0]
+        c = len(which)
+        direction = np.broadcast_to(sight_direction(stroke.view), (c, 3))
+        return Rows(which, direction, np.zeros(c), np.full(c, 1.0 / max(hold, 1e-300)))
+
+    def _moving(self, ids: I64) -> tuple[B1, I64]:
+        """Return which vertices can move, and their places in the list of anchors."""
         roi = self.decomposition.roi
-        pins = np.unique(np.array(self._options.pins, dtype=np.int64))
-        ids = np.searchsorted(roi, pins[np.isin(pins, roi)])
-        which = np.searchsorted(self._handles.anchors, ids)
+        inside = np.isin(ids, roi)
+        return inside, np.searchsorted(self._handles.anchors, np.searchsorted(roi, ids[inside]))
+
+    def _pin_rows(self) -> Rows:
+        pins = np.unique(_pins(self._options))
+        if self._twins is not None and len(pins):
+            pins = np.union1d(pins, self._twins.of(pins))
+        _, which = self._moving(pins)
+        c = len(which)
         return Rows(
-            np.repeat(which, 3),
-            np.tile(np.eye(3), (len(ids), 1)),
-            np.zeros(3 * len(ids)),
-            np.zeros(3 * len(ids)),
+            np.repeat(which, 3), np.tile(np.eye(3), (c, 1)), np.zeros(3 * c), np.zeros(3 * c)
         )
 
     def _target_error(self, level: F64, strokes: Sequence[Stroke]) -> float:

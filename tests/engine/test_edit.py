@@ -118,6 +118,12 @@ class TestSolve:
         assert result.target_error_px < 0.5
         assert np.abs(result.level_vertices[ANCHORS] - where).max() < 1e-4
 
+    def test_two_strokes_that_disagree_in_one_view_meet_in_the_middle(self) -> None:
+        first = EDIT.strokes[0]
+        second = replace(first, target=first.target - np.array([0, 30.0]))
+        result = replace(EDIT, strokes=(first, second)).prepare(PLATE).solve((first, second))
+        assert result.target_error_px == pytest.approx(15, rel=0.05)
+
     def test_pins_stay(self) -> None:
         pins = row_of(PLATE, 0.6, 0.3, 0.7)
         options = EditOptions(pins=tuple(pins.tolist()))

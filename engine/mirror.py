@@ -1,0 +1,152 @@
+"""Edits across a plane of symmetry: region, curves and pins get a twin on the other side.
+
+It is the change that is mirrored, not the mesh: the two sides may have different triangles and
+different details, and keep them.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from engine.arrays import F64, I64
+from engine.curves import positions_along, values_along
+from engine.mesh import Mesh
+from engine.view import View
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from engine.edit import Stroke
+
+Plane = tuple[float, ...]
+
+# A vertex has a twin where the surface is at most so many edge lengths from its mirror image.
+_TWIN_EDGES = 4.0
+_SAMPLES = 3000
+
+
+def reflection(plane: Plane) -> F64:
+    """Return the reflection across the plane a x + b y + c z = d as a (4, 4) matrix."""
+    normal = np.array(plane[:3], dtype=np.float64)
+    size = float(np.linalg.norm(normal))
+    normal = normal / size
+    R = np.eye(4)
+    R[:3, :3] -= 2 * np.outer(normal, normal)
+    R[:3, 3] = 2 * (plane[3] / size) * normal
+    return R
+
+
+def reflected(points: F64, plane: Plane) -> F64:
+    """Return the mirror images of points (p, 3)."""
+    R = reflection(plane)
+    return np.asarray(points @ R[:3, :3].T + R[:3, 3])
+
+
+def mirrored_region(mesh: Mesh, roi: I64, plane: Plane) -> I64:
+    """Return the region with its twin on the other side, ascending ids.
+
+    A vertex belongs to the twin when the mesh vertex nearest to its mirror image is in the region,
+    so a finer or coarser other side gets no holes.
+    """
+    images = reflected(mesh.vertices, plane)
+    # Only what lies near the mirrored region can belong to it.
+    x = mesh.vertices[roi]
+    reach = _TWIN_EDGES * _edge_length(mesh, roi)
+    near = np.flatnonzero(
+        ((images >= x.min(axis=0) - reach) & (images <= x.max(axis=0) + reach)).all(axis=1)
+    )
+    away, nearest = cKDTree(mesh.vertices).query(images[near], distance_upper_bound=reach)
+    inside = np.zeros(mesh.n + 1, dtype=bool)
+    inside[roi] = True
+    return np.union1d(roi, near[inside[nearest] & np.isfinite(away)])
+
+
+def _edge_length(mesh: Mesh, roi: I64) -> float:
+    inside = np.zeros(mesh.n, dtype=bool)
+    inside[roi] = True
+    edges = mesh.topology.edges
+    edges = edges[inside[edges].any(axis=1)]
+    apart = mesh.vertices[edges[:, 0]] - mesh.vertices[edges[:, 1]]
+    return float(np.linalg.norm(apart, axis=1).mean()) if len(edges) else 0.0
+
+
+class Twins:
+    """Finds the vertices of a region that stand for given ones on the other side.
+
+    Parameters
+    ----------
+    mesh : the mesh.
+    roi : (m,) ids that may be twins.
+    plane : a, b, c, d.
+    """
+
+    def __init__(self, mesh: Mesh, roi: I64, plane: Plane) -> None:
+        self._mesh = mesh
+        self._roi = roi
+        self._plane = plane
+        self._tree = cKDTree(mesh.vertices[roi])
+
+    def of(self, ids: I64) -> I64:
+        """Return the twins of vertices in their order, each once, (q,)."""
+        images = reflected(self._mesh.vertices[ids], self._plane)
+        found = self._roi[self._tree.query(images)[1]]
+        return np.asarray(found[np.sort(np.unique(found, return_index=True)[1])])
+
+    def stroke(self, stroke: Stroke, rest: F64) -> Stroke:
+        """Return the twin of a stroke: the same way on the other side, in the mirrored view.
+
+        The mirrored view sees the mirror image of a point where the view sees the point. Each twin
+        goes as far as the place on the source curve that it is the image of.
+
+        Parameters
+        ----------
+        rest : (n, 3) the surface that the stroke deforms.
+        """
+        way = stroke.target - stroke.view.project(rest[stroke.anchors])
+        twins = self.of(stroke.anchors)
+        back = reflected(self._mesh.vertices[twins], self._plane)
+        at = positions_along(self._mesh.vertices[stroke.anchors], back, stroke.closed)
+        view = View(stroke.view.matrix @ reflection(self._plane), stroke.view.size)
+        target = view.project(rest[twins]) + values_along(way, at, stroke.closed)
+        weights = stroke.weights
+        if weights is not None:
+            weights = values_along(weights[:, None], at, stroke.closed)[:, 0]
+        return type(stroke)(twins, view, target, stroke.closed, weights)
+
+    def with_twins(self, strokes: Sequence[Stroke], rest: F64) -> list[Stroke]:
+        """Return the strokes and their twins."""
+        return [*strokes, *(self.stroke(stroke, rest) for stroke in strokes)]
+
+
+def symmetry_plane(mesh: Mesh) -> tuple[Plane, float]:
+    """Return the plane that maps the mesh best on itself, and how far it is off.
+
+    Planes tried go through the middle of the surface, across its principal and coordinate axes.
+
+    Returns
+    -------
+    plane : a, b, c, d with a unit normal.
+    misfit : root mean square distance of mirrored vertices to the mesh's nearest vertex, as a share
+        of the diagonal; below 0.01 the mesh may be called symmetric.
+    """
+    corners = mesh.vertices[mesh.faces]
+    weight = np.linalg.norm(mesh.face_normals, axis=1)[:, None]
+    centre = (corners.mean(axis=1) * weight).sum(axis=0) / max(float(weight.sum()), 1e-300)
+    spread = corners.mean(axis=1) - centre
+    principal = np.linalg.eigh((spread * weight).T @ spread)[1].T
+    box = mesh.bounds.mean(axis=0)
+    tree = cKDTree(mesh.vertices)
+    step = max(1, mesh.n // _SAMPLES)
+    sample = mesh.vertices[mesh.topology.used_vertices][::step]
+    best: tuple[Plane, float] = ((1.0, 0.0, 0.0, 0.0), np.inf)
+    for normal in (*np.eye(3), *principal):
+        for through in (centre, box):
+            plane = (*normal.tolist(), float(normal @ through))
+            away = tree.query(reflected(sample, plane))[0]
+            misfit = float(np.sqrt((away**2).mean())) / mesh.diagonal
+            if misfit < 0.999 * best[1]:
+                best = (plane, misfit)
+    return best
