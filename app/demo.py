@@ -145,7 +145,9 @@ def _stages(
     target_view, target = drawn["target"]
     what = "The base shape" if prepared.k == 0 else f"At {prepared.k} modes"
     yield album.add(what, studio.picture(looks[0], level, roi))
-    yield album.add(f"{what}, with the source", studio.picture(source_view, inks=[source]))
+    yield album.add(
+        f"{what}, with the source", studio.picture(source_view, region=roi, inks=[source])
+    )
     yield album.add(
         "Its anchors",
         studio.picture(source_view, curves=[rod(level, anchors)], region=roi),
@@ -159,7 +161,7 @@ def _stages(
         "The surface follows",
         studio.picture(target_view, bent, roi, [rod(bent, anchors)]),
     )
-    yield album.add("The same from the side of the model", studio.picture(looks[0], bent, roi))
+    yield album.add("The same from the first view", studio.picture(looks[0], bent, roi))
     yield album.add("The details put back", studio.picture(target_view, result.vertices, roi))
 
 

@@ -29,7 +29,7 @@ def plate_figures(
     """Take the pictures of Figs. 5 to 8 and 11; put what was measured into `report`."""
     parts = decompose(mesh, edit.roi, max(COUNTS), run=run)
     view = look_at(mesh.bounds.mean(axis=0), 560, -25, 50, SIZE)
-    low = look_at(mesh.bounds.mean(axis=0) + np.array([0, 0, 20]), 560, -15, 18, SIZE)
+    low = look_at(mesh.bounds.mean(axis=0) + np.array([0, 0, 22]), 480, -8, 14, SIZE)
     with Studio(mesh) as studio:
         yield _modes(parts, mesh, studio, view, folder)
         yield _levels(parts, mesh, studio, view, folder)
@@ -63,8 +63,9 @@ def _modes(parts: Decomposition, mesh: Mesh, studio: Studio, view: View, folder:
         colours = np.tile(np.array(MIDDLE, dtype=np.uint8), (mesh.n, 1))
         colours[parts.roi] = diverging(mode)
         bent = base.copy()
-        bent[parts.roi] += 0.045 * mesh.diagonal * mode[:, None] * normals
-        caption = f"{i + 1}: eigenvalue {parts.eigenvalues[i]:.3g} / mm²"
+        bent[parts.roi] += 0.06 * mesh.diagonal * mode[:, None] * normals
+        wavelength = 2 * np.pi / np.sqrt(parts.eigenvalues[i])
+        caption = f"Mode {i + 1}, wavelength {wavelength:.0f} mm"
         pictures.append((caption, studio.picture(view, bent, colours=colours)))
     return _sheet(folder, "05", "Fig. 5: the first nine mode shapes", pictures, 3)
 
@@ -72,7 +73,7 @@ def _modes(parts: Decomposition, mesh: Mesh, studio: Studio, view: View, folder:
 def _levels(parts: Decomposition, mesh: Mesh, studio: Studio, view: View, folder: Path) -> Path:
     """Fig. 6: base, 50, 250, 500 and 750 modes, original."""
     pictures = [
-        (name, studio.picture(view, _with(mesh, parts, parts.surface(k)), parts.roi))
+        (name, studio.picture(view, _with(mesh, parts, parts.surface(k))))
         for name, k in _shown(parts)
     ]
     return _sheet(folder, "06", "Fig. 6: one surface at growing levels of detail", pictures, 3)
@@ -127,7 +128,7 @@ def _rectification(
         ("(e) details with rectification", "with", edit),
     ):
         changed = one.apply(mesh, run)
-        pictures.append((caption, studio.picture(view, changed.vertices, roi)))
+        pictures.append((caption, studio.picture(view, changed.vertices)))
         figures = sketch_figures(one, mesh, changed, run)
         report["rectification"][name] = figures["feature_amplitude"]
     return _sheet(folder, "11", "Fig. 11: what turning the details does", pictures, 3)
