@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -38,6 +39,8 @@ def client(scheduler: str | None, workers: int | None = None) -> Iterator[Any]:
             "distributed.scheduler.allowed-failures": RETRIES,
         }
     )
+    # Its own handlers would write over the progress bar.
+    logging.getLogger("distributed").setLevel(logging.ERROR)
     if scheduler is not None:
         try:
             there = Client(scheduler, timeout=10)
@@ -52,7 +55,11 @@ def client(scheduler: str | None, workers: int | None = None) -> Iterator[Any]:
     count = workers or os.cpu_count() or 1
     with (
         LocalCluster(
-            n_workers=count, threads_per_worker=1, processes=True, dashboard_address=None
+            n_workers=count,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=None,
+            silence_logs=logging.ERROR,
         ) as cluster,
         Client(cluster) as here,
     ):

@@ -10,7 +10,7 @@ from PIL import Image
 
 from app.batch.folder import Row, write_file
 from app.pictures import Studio, sheet
-from engine import Mesh, load
+from engine import Mesh, View, load
 from engine.view import look_at
 
 CELL = (360, 360)
@@ -20,13 +20,18 @@ MOST_PICTURES = 100
 def contact_sheet(rows: Sequence[Row], out: Path) -> Path:
     """Write `contact-sheet.png` with a picture of each row's mesh and return its path.
 
-    Beyond `MOST_PICTURES` rows an even choice of them is drawn.
+    All variants of a sweep are seen from the same place, so that the eye finds what differs; the
+    members of a family each fill their cell. Beyond `MOST_PICTURES` rows an even choice is drawn.
     """
     stride = -(-len(rows) // MOST_PICTURES)
     chosen = rows[::stride]
     pictures: list[tuple[str, Image.Image]] = []
+    view: View | None = None
     for row in chosen:
-        pictures.append((caption(row), picture(load(out / row.file))))
+        mesh = load(out / row.file)
+        view = view if view is not None and row.values else framed(mesh)
+        with Studio(mesh) as studio:
+            pictures.append((caption(row), studio.picture(view)))
     columns = min(5, max(1, round(len(pictures) ** 0.5 + 0.4)))
     whole = sheet(pictures, columns, CELL, f"{len(rows)} variants" if len(rows) > 1 else "")
     path = out / "contact-sheet.png"
@@ -41,9 +46,7 @@ def caption(row: Row) -> str:
     return ", ".join(f"{name} {value:.4g}" for name, value in row.values) or row.name
 
 
-def picture(mesh: Mesh) -> Image.Image:
-    """Return a three-quarter picture of a mesh that fills its cell."""
+def framed(mesh: Mesh) -> View:
+    """Return a three-quarter view in which a mesh fills its cell."""
     low, high = mesh.bounds
-    view = look_at((low + high) / 2, 2.2 * mesh.diagonal, 30.0, 18.0, CELL)
-    with Studio(mesh) as studio:
-        return studio.picture(view)
+    return look_at((low + high) / 2, 1.9 * mesh.diagonal, 30.0, 18.0, CELL)
