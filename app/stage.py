@@ -169,6 +169,8 @@ class Stage(QObject):
                 points = on_picture_plane(stroke, self._drawn[stroke.anchors])
                 self._viewport.show_curve(f"target {i}", points, "target", closed=stroke.closed)
                 wanted |= {f"source {i}", f"target {i}"}
+        pins = list(draft.options.pins) if draft.roi is not None and not self._original else []
+        self._viewport.set_pins(self._drawn[pins] if pins else None)
         for name in self._curves - wanted:
             self._viewport.hide_curve(name)
         self._curves = wanted

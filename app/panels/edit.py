@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.look import SOURCE, TARGET, Theme, icon
-from app.panels.panel import GRID, PLAIN_CHOICE, PLAIN_NUMBER, Panel
+from app.panels.panel import GRID, PLAIN_CHOICE, Panel, plain_number
 from app.session import Session
 from engine import EditOptions
 
@@ -85,7 +85,7 @@ class EditPanel(Panel):
             widget.setMinimumHeight(32)
             widget.setAccessibleName(label)
             if isinstance(widget, QAbstractSpinBox):
-                widget.setStyleSheet(PLAIN_NUMBER)
+                plain_number(widget)
             else:
                 widget.setStyleSheet(PLAIN_CHOICE)
             grid.addWidget(QLabel(label, self), row, 0)

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QDoubleSpinBox, QGridLayout, QHBoxLayout, QLabel, 
 
 from app.look import Theme
 from app.panels.charts import Histogram, LevelCurve
-from app.panels.panel import GRID, PLAIN_NUMBER, Panel
+from app.panels.panel import GRID, Panel, plain_number
 from app.session import Session
 from engine import Decomposition
 
@@ -141,8 +141,6 @@ def _number(suffix: str, low: float, high: float, decimals: int, name: str) -> Q
     box.setRange(low, high)
     box.setDecimals(decimals)
     box.setSuffix(suffix)
-    box.setKeyboardTracking(False)
     box.setAccessibleName(name)
-    box.setMinimumHeight(32)
-    box.setStyleSheet(PLAIN_NUMBER)
+    plain_number(box)
     return box

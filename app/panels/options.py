@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.panels.panel import GRID, PLAIN_NUMBER
+from app.panels.panel import GRID, plain_number
 
 
 class OptionsRow(QWidget):
@@ -72,9 +72,7 @@ class OptionsRow(QWidget):
             if "unit" in meta:
                 number.setSuffix(f" {meta['unit']}")
             number.setValue(value)
-            number.setKeyboardTracking(False)
-            number.setMinimumHeight(32)
-            number.setStyleSheet(PLAIN_NUMBER)
+            plain_number(number)
             number.valueChanged.connect(lambda v: self._set(one.name, v))
             return number
         text = QLineEdit(str(value), self)

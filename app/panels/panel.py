@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QSettings, Qt
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QAbstractSpinBox,
+    QHBoxLayout,
+    QLabel,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from app.look import Theme, icon
 
 GRID = 8  # px; all spacings are multiples of it or its half
 # Arrows, wheel and typing change a number; the tiny buttons are no target for a pen.
-PLAIN_NUMBER = (
+_NUMBER = (
     "QAbstractSpinBox::up-button, QAbstractSpinBox::down-button"
     " { width: 0px; border: none; background: transparent; }"
     "QAbstractSpinBox::up-arrow, QAbstractSpinBox::down-arrow { width: 0px; height: 0px; }"
-    "QLineEdit { border: none; background: transparent; padding: 0px 8px; min-height: 0px; }"
+    "QLineEdit { border: none; background: transparent; padding: 0px; min-height: 0px; }"
 )
 PLAIN_CHOICE = "QComboBox::drop-down { border: none; background: transparent; width: 24px; }"
 
@@ -74,3 +81,11 @@ class Panel(QWidget):
         if self._theme is not None:
             name = "mdi6.chevron-down" if opened else "mdi6.chevron-right"
             self._head.setIcon(icon(name, self._theme, self._theme.faint))
+
+
+def plain_number(box: QAbstractSpinBox) -> None:
+    """Make a number field plain: typing, arrows and wheel, no tiny buttons."""
+    box.setStyleSheet(_NUMBER)
+    box.setMinimumHeight(32)
+    box.setKeyboardTracking(False)
+    box.lineEdit().setTextMargins(8, 0, 8, 0)

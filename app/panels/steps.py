@@ -81,6 +81,7 @@ class StepsPanel(Panel):
         self.tree.setHeaderHidden(True)
         self.tree.setIconSize(THUMBNAIL)
         self.tree.setIndentation(16)
+        self.tree.setRootIsDecorated(False)
         self.tree.setMinimumHeight(220)
         self.tree.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.tree.header().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
@@ -121,7 +122,7 @@ class StepsPanel(Panel):
     def set_picture(self, moment: int, picture: QPixmap) -> None:
         """Give a moment its thumbnail."""
         self._pictures[moment] = picture
-        self._icons[moment] = QIcon(picture)
+        self._icons[moment] = _icon(picture)
         self.refresh()
 
     def pictures(self) -> dict[int, bytes]:
@@ -134,7 +135,7 @@ class StepsPanel(Panel):
             picture = QPixmap()
             if picture.loadFromData(data):
                 self._pictures[moment] = picture
-                self._icons[moment] = QIcon(picture)
+                self._icons[moment] = _icon(picture)
         self.refresh()
 
     # ---- the tree
@@ -230,6 +231,13 @@ class StepsPanel(Panel):
         super().changeEvent(event)
         if event.type() == QEvent.Type.FontChange:
             self.refresh()
+
+
+def _icon(picture: QPixmap) -> QIcon:
+    """An icon that is not tinted when its row is selected."""
+    icon = QIcon(picture)
+    icon.addPixmap(picture, QIcon.Mode.Selected)
+    return icon
 
 
 def _png(picture: QPixmap) -> bytes:

@@ -12,7 +12,9 @@ from matplotlib.path import Path as Outline
 
 from engine import Document, Draft, EngineError, Mesh, View
 from plugins.api import Hit, Pointer, Tool
+from plugins.brush import Brush, BrushOptions
 from plugins.lasso import Lasso
+from plugins.pin import Pin
 from plugins.sketch import SourceTool, TargetTool
 
 SIZE = (400.0, 400.0)
@@ -53,7 +55,9 @@ class FlatContext:
         return self.document.mesh
 
     def pick(self, x: float, y: float) -> Hit | None:
-        return None
+        away = np.linalg.norm(self.view.project(self.shown.vertices) - (x, y), axis=1)
+        vertex = int(away.argmin())
+        return Hit(0, vertex, self.shown.vertices[vertex])
 
     def vertices_inside(self, polygon: np.ndarray, through: bool = False) -> np.ndarray:
         seen = self.view.project(self.shown.vertices)
@@ -243,3 +247,39 @@ def test_without_a_source_the_target_says_what_to_do(context: FlatContext) -> No
     assert not TargetTool().available(context.document)
     bare = replace(context.document, draft=Draft())
     assert not SourceTool().available(bare)
+
+
+def test_the_brush_paints_and_its_eraser_takes_away(context: FlatContext) -> None:
+    brush = Brush()
+    assert brush.repeats
+    context.options = BrushOptions(radius=20.0)
+    context.document = do(brush, context, line((-30, 0), (30, 0), n=4))
+    x = context.document.mesh.vertices[context.document.draft.roi]
+    assert np.abs(x[:, 1]).max() <= 10
+    assert np.ptp(x[:, 0]) > 60
+    assert len(np.unique(x[:, 0])) >= 15, "no gap on the way"
+    grown = do(brush, context, line((0, -30), (0, 30)))
+    assert set(context.document.draft.roi) < set(grown.draft.roi)
+    for key in ("ctrl", "eraser"):
+        cut = do(brush, context, line((0, 0), (30, 0)), **{key: True}).draft.roi
+        assert 0 < len(cut) < len(context.document.draft.roi)
+    with pytest.raises(EngineError, match="touched nothing"):
+        do(brush, context, [(3, 3), (5, 5)])
+
+
+def test_a_light_pen_paints_narrower(context: FlatContext) -> None:
+    context.options = BrushOptions(radius=30.0)
+    firm = do(Brush(), context, line((-20, 0), (20, 0)), pen=True, pressure=1.0).draft.roi
+    light = do(Brush(), context, line((-20, 0), (20, 0)), pen=True, pressure=0.2).draft.roi
+    assert set(light) < set(firm)
+
+
+def test_a_pin_is_set_and_taken_out(context: FlatContext) -> None:
+    chosen(context)
+    pin = Pin()
+    context.document = do(pin, context, [px(5, 5), px(5, 5)])
+    (vertex,) = context.document.draft.options.pins
+    assert context.document.mesh.vertices[vertex] == pytest.approx([5, 5, 0])
+    assert do(pin, context, [px(6, 5), px(6, 5)]).draft.options.pins == ()
+    with pytest.raises(EngineError, match="coloured part"):
+        do(pin, context, [px(45, 45), px(45, 45)])
