@@ -1,7 +1,8 @@
 """Numbers only: no Qt, no VTK. Everything here works headless and from a script."""
 
-from engine.archive import Archive, open_archive, save_archive
+from engine.align import Alignment, align
 from engine.anchors import AnchorPath, anchor_path, trace_anchors
+from engine.archive import Archive, open_archive, save_archive
 from engine.arrays import B1, F64, I64
 from engine.data_step import DataStep, ids_from_text, ids_to_text
 from engine.decomposition import decompose, decompose_stream, decompose_until
@@ -29,4 +30,5 @@ from engine.remesh import remesh
 from engine.run import Memo, Run
 from engine.sketch import resample_target, source_curve, tidy_stroke
 from engine.solve import Factor, factorise
+from engine.transfer import Transferred, TransferReport, transfer
 from engine.view import View
