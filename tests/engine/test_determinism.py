@@ -74,7 +74,7 @@ def test_dense_and_banded_modes_replay_to_the_same_bytes(tmp_path: Path) -> None
     x = round_one.vertices
     bumps = 0.04 * np.sin(9 * x[:, :1]) * np.sin(9 * x[:, 1:2]) * np.sin(9 * x[:, 2:])
     mesh = round_one.with_vertices(50 * x * (1 + bumps))
-    small, large = cap(mesh, 38.0), cap(mesh, 15.0)
+    small, large = cap(mesh, 38.0), cap(mesh, 2.0)
     assert len(small.roi) < 1500 < len(large.roi), "dense and in bands"
     recipe = Recipe(digest=mesh.digest).with_step(small).with_step(large)
     compare(mesh, recipe, tmp_path, (1, 2))
