@@ -100,9 +100,9 @@ def _parser() -> argparse.ArgumentParser:
 
 def _window(given: argparse.Namespace) -> int:
     if has_display():
-        from app.start import open_window
+        from app import window
 
-        return open_window(given.file)
+        return window.main(given.file)
     if given.file is not None:
         from engine import EngineError
 
