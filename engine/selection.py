@@ -1,0 +1,56 @@
+"""Sets of vertices: grown, shrunk, smoothed at their border, turned inside out.
+
+None of these changes its argument; all return ascending ids.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from engine.arrays import B1, F64, I64
+from engine.mesh import Topology
+
+
+def grown(topology: Topology, roi: I64, rings: int = 1) -> I64:
+    """Return the region with `rings` rings of neighbours."""
+    inside = _mask(topology, roi)
+    for _ in range(rings):
+        inside |= _neighbours_inside(topology, inside) > 0
+    return np.flatnonzero(inside)
+
+
+def shrunk(topology: Topology, roi: I64, rings: int = 1) -> I64:
+    """Return the region without the vertices within `rings` edges of its border; may be empty."""
+    outside = ~_mask(topology, roi)
+    for _ in range(rings):
+        outside |= _neighbours_inside(topology, outside) > 0
+    return np.flatnonzero(~outside)
+
+
+def inverted(topology: Topology, roi: I64) -> I64:
+    """Return all other vertices that some face uses."""
+    return np.flatnonzero(~_mask(topology, roi) & topology.used_vertices)
+
+
+def smoothed_border(topology: Topology, roi: I64, rounds: int = 3) -> I64:
+    """Return the region with teeth and bays of its border taken away.
+
+    The share of a vertex that lies inside is averaged over its neighbours `rounds` times; what is
+    above one half afterwards is inside. Far from the border nothing changes.
+    """
+    inside = _mask(topology, roi)
+    weight = inside.astype(np.float64)
+    degree = np.maximum(np.diff(topology.adjacency.indptr), 1)
+    for _ in range(rounds):
+        weight = (weight + np.asarray(topology.adjacency @ weight) / degree) / 2
+    return np.flatnonzero(np.where(weight == 0.5, inside, weight > 0.5))
+
+
+def _mask(topology: Topology, roi: I64) -> B1:
+    mask = np.zeros(topology.n, dtype=bool)
+    mask[roi] = True
+    return mask
+
+
+def _neighbours_inside(topology: Topology, inside: B1) -> F64:
+    return np.asarray(topology.adjacency @ inside.astype(np.float64))
