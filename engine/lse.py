@@ -13,8 +13,6 @@ Source: Sorkine et al. 2004; Orbay et al. 2012, Eqs. 7, 8.
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 import scipy.sparse as sp
 
@@ -24,6 +22,7 @@ from engine.operators import laplacian
 from engine.region import Region
 from engine.run import Run
 from engine.solve import RESIDUAL_LIMIT, Factor, factorise
+from engine.threads import two_at_a_time
 
 _RING_FLOOR = 1e-9
 _BLOCK = 64
@@ -184,21 +183,17 @@ class Lse:
         """
         response = np.empty((3 * self.m, len(unit)), order="F")
         # The blocks are the same whatever the number of threads, so the bits are too.
-        starts = list(range(0, len(unit), _BLOCK))
+        starts = range(0, len(unit), _BLOCK)
 
-        def solve(start: int) -> None:
+        def solved(start: int) -> F64:
             part = unit[start : start + _BLOCK]
             force = np.zeros((3 * self.m, len(part)), order="F")
             force[part, np.arange(len(part))] = 1.0
-            response[:, start : start + _BLOCK] = self.factor.solve_unchecked(force)
+            return self.factor.solve_unchecked(force)
 
-        pool = ThreadPoolExecutor(2)
-        try:
-            for share, done in enumerate([pool.submit(solve, start) for start in starts]):
-                done.result()
-                run.tick(0.5 + 0.5 * share / len(starts), "Preparing the anchors")
-        finally:
-            pool.shutdown(cancel_futures=True)
+        for start, block in zip(starts, two_at_a_time(run, solved, starts), strict=True):
+            run.tick(0.5 + 0.5 * start / len(unit), "Preparing the anchors")
+            response[:, start : start + block.shape[1]] = block
         self._check(response, unit)
         return response
 

@@ -19,6 +19,7 @@ from engine.mesh import Mesh
 from engine.mirror import Twins, mirrored_region
 from engine.rectify import ring_products, ring_rotations, turned
 from engine.run import Memo, Run
+from engine.threads import while_polling
 from engine.view import View
 
 if TYPE_CHECKING:
@@ -77,7 +78,7 @@ def prepare_edit(
 
     def at_level() -> LevelSurface:
         run.tick(0.0, "Preparing the surface")
-        return LevelSurface(parts, k)
+        return while_polling(run, lambda: LevelSurface(parts, k))
 
     surface = surfaces.get((*region_key, k), at_level)
     twins = Twins(mesh, parts.roi, options.mirror) if options.mirror else None
