@@ -66,7 +66,7 @@ class ViewCube(QWidget):
         self.update()
 
     def _corners(self, name: str) -> F64 | None:
-        """Return the corners (4, 2) of a face as seen, from its label's top left on; None if hidden."""
+        """Return the corners (4, 2) of a face, from its label's top left on; None if hidden."""
         out, right, down = (self._turned(v) for v in _FACES[name])
         if out[2] <= 0.02:
             return None
@@ -83,13 +83,11 @@ class ViewCube(QWidget):
         """Return the name of the face under a point, or ""."""
         for name in _FACES:
             corners = self._corners(name)
-            if corners is not None and _polygon(corners).containsPoint(
-                at, Qt.FillRule.WindingFill
-            ):
+            if corners is not None and _polygon(corners).containsPoint(at, Qt.FillRule.WindingFill):
                 return name
         return ""
 
-    def paintEvent(self, _event: Any) -> None:  # noqa: N802
+    def paintEvent(self, _event: Any) -> None:
         """Draw the faces that are turned to the eye."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -125,12 +123,12 @@ class ViewCube(QWidget):
         painter.drawText(0, 0, 64, 64, Qt.AlignmentFlag.AlignCenter, name.capitalize())
         painter.restore()
 
-    def mousePressEvent(self, event: Any) -> None:  # noqa: N802
+    def mousePressEvent(self, event: Any) -> None:
         """Take hold of the cube."""
         self._pressed, self._dragged = event.position(), False
         event.accept()
 
-    def mouseMoveEvent(self, event: Any) -> None:  # noqa: N802
+    def mouseMoveEvent(self, event: Any) -> None:
         """Turn the form, or show which face a click would take."""
         if self._pressed is not None:
             moved = event.position() - self._pressed
@@ -141,7 +139,7 @@ class ViewCube(QWidget):
             self._hover(self.face_at(event.position()))
         event.accept()
 
-    def mouseReleaseEvent(self, event: Any) -> None:  # noqa: N802
+    def mouseReleaseEvent(self, event: Any) -> None:
         """Look straight at the face that was clicked."""
         name = self.face_at(event.position())
         if self._pressed is not None and not self._dragged and name:
@@ -149,7 +147,7 @@ class ViewCube(QWidget):
         self._pressed = None
         event.accept()
 
-    def leaveEvent(self, _event: Any) -> None:  # noqa: N802
+    def leaveEvent(self, _event: Any) -> None:
         """Forget the face under the pointer."""
         self._hover("")
 
@@ -158,7 +156,7 @@ class ViewCube(QWidget):
             self._hovered = name
             self.update()
 
-    def sizeHint(self) -> QSize:  # noqa: N802
+    def sizeHint(self) -> QSize:
         """A fixed small square."""
         return QSize(SIZE, SIZE)
 

@@ -1,9 +1,9 @@
-"""Mouse, pen, touchpad and keys: the left button and the pen tip draw, all else moves the camera."""
+"""Mouse, pen, touchpad and keys: left button and pen tip draw, all else moves the camera."""
 
 from __future__ import annotations
 
 from enum import Enum
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 from PySide6.QtCore import QEvent, QObject, QPointF, Qt
 from PySide6.QtGui import QInputDevice, QPointingDevice
@@ -29,8 +29,8 @@ class Motion(Enum):
     ZOOM = "zoom"
 
 
-class Moved(Protocol):
-    """What the hands act on: the viewport."""
+class Steered(Protocol):
+    """What moves the camera."""
 
     def begin_motion(self, motion: Motion, x: float, y: float) -> None:
         """Take hold of what lies under a pixel."""
@@ -38,23 +38,11 @@ class Moved(Protocol):
     def continue_motion(self, motion: Motion, dx: float, dy: float) -> None:
         """Move the camera by a distance in pixels."""
 
-    def end_motion(self) -> None:
-        """Let go."""
-
     def zoom_at(self, x: float, y: float, factor: float) -> None:
         """Zoom to a pixel."""
 
     def turn_by(self, azimuth: float, elevation: float) -> None:
         """Turn about the middle of the picture."""
-
-    def emit_pointer(self, pointer: Pointer) -> None:
-        """Hand an event to whoever holds the tool."""
-
-    def cancel_pointer(self) -> None:
-        """Say that the gesture under way will have no release."""
-
-    def alt_scroll(self, notches: float) -> None:
-        """Say that the wheel was turned with Alt held."""
 
 
 class Hands(QObject):
@@ -65,9 +53,10 @@ class Hands(QObject):
     navigates.
     """
 
-    def __init__(self, viewport: Any) -> None:
+    def __init__(self, viewport: Any, camera: Steered) -> None:
         super().__init__(viewport)
-        self._viewport: Any = viewport
+        self._viewport = viewport
+        self._camera = camera
         self._drawing: str | None = None  # "mouse", "pen" or "touch"
         self._held: Any = None  # the button that draws or navigates
         self._motion: Motion | None = None
@@ -200,27 +189,25 @@ class Hands(QObject):
         if two_fingers and not pixels.isNull() and not modifiers & _Mod.ControlModifier:
             motion = Motion.PAN if modifiers & _Mod.ShiftModifier else Motion.ORBIT
             if self._motion is None:
-                self._viewport.begin_motion(motion, at.x(), at.y())
-                self._viewport.continue_motion(motion, float(pixels.x()), float(pixels.y()))
-                self._viewport.end_motion()
+                self._camera.begin_motion(motion, at.x(), at.y())
+                self._camera.continue_motion(motion, float(pixels.x()), float(pixels.y()))
             return True
         notches = angle.y() / 120.0
         if notches:
-            self._viewport.zoom_at(at.x(), at.y(), ZOOM_PER_NOTCH**notches)
+            self._camera.zoom_at(at.x(), at.y(), ZOOM_PER_NOTCH**notches)
         return True
 
     def _native_gesture(self, event: Any) -> bool:
         at = event.position()
         kind = event.gestureType()
         if kind == Qt.NativeGestureType.ZoomNativeGesture:
-            self._viewport.zoom_at(at.x(), at.y(), max(0.2, 1.0 + event.value()))
+            self._camera.zoom_at(at.x(), at.y(), max(0.2, 1.0 + event.value()))
         elif kind == Qt.NativeGestureType.PanNativeGesture:
             delta = event.delta()
-            self._viewport.begin_motion(Motion.PAN, at.x(), at.y())
-            self._viewport.continue_motion(Motion.PAN, delta.x(), delta.y())
-            self._viewport.end_motion()
+            self._camera.begin_motion(Motion.PAN, at.x(), at.y())
+            self._camera.continue_motion(Motion.PAN, delta.x(), delta.y())
         elif kind == Qt.NativeGestureType.RotateNativeGesture:
-            self._viewport.turn_by(-0.0175 * event.value(), 0.0)
+            self._camera.turn_by(-0.0175 * event.value(), 0.0)
         else:
             return False
         event.accept()
@@ -237,7 +224,6 @@ class Hands(QObject):
             # The second finger was lifted: nothing more until both are.
             if ended:
                 self._touch = None
-                self._viewport.end_motion()
             return True
         if not points:
             return True
@@ -257,12 +243,12 @@ class Hands(QObject):
         middle = (first + second) / 2
         span = max(1.0, ((second - first).x() ** 2 + (second - first).y() ** 2) ** 0.5)
         if self._touch is None:
-            self._viewport.begin_motion(Motion.ORBIT, middle.x(), middle.y())
+            self._camera.begin_motion(Motion.ORBIT, middle.x(), middle.y())
         else:
             before, width = self._touch
             moved = middle - before
-            self._viewport.continue_motion(Motion.ORBIT, moved.x(), moved.y())
-            self._viewport.zoom_at(middle.x(), middle.y(), span / width)
+            self._camera.continue_motion(Motion.ORBIT, moved.x(), moved.y())
+            self._camera.zoom_at(middle.x(), middle.y(), span / width)
         self._touch = (middle, span)
 
     # Keys
@@ -287,15 +273,14 @@ class Hands(QObject):
     def _arrow(self, step: tuple[int, int], modifiers: Any) -> None:
         motion = _by_modifiers(modifiers)
         if motion is Motion.ORBIT:
-            self._viewport.turn_by(ARROW_STEP * step[0], ARROW_STEP * step[1])
+            self._camera.turn_by(ARROW_STEP * step[0], ARROW_STEP * step[1])
             return
         middle = self._viewport.rect().center()
         if motion is Motion.ZOOM:
-            self._viewport.zoom_at(middle.x(), middle.y(), ZOOM_PER_NOTCH ** (step[0] + step[1]))
+            self._camera.zoom_at(middle.x(), middle.y(), ZOOM_PER_NOTCH ** (step[0] + step[1]))
             return
-        self._viewport.begin_motion(motion, middle.x(), middle.y())
-        self._viewport.continue_motion(motion, 40.0 * step[0], -40.0 * step[1])
-        self._viewport.end_motion()
+        self._camera.begin_motion(motion, middle.x(), middle.y())
+        self._camera.continue_motion(motion, 40.0 * step[0], -40.0 * step[1])
 
     def _key_release(self, event: Any) -> bool:
         if event.key() != _Key.Key_Space:
@@ -321,17 +306,16 @@ class Hands(QObject):
     def _begin_motion(self, motion: Motion, button: Any, at: QPointF) -> None:
         self._motion, self._held, self._last = motion, button, QPointF(at)
         self._viewport.set_navigating(True)
-        self._viewport.begin_motion(motion, at.x(), at.y())
+        self._camera.begin_motion(motion, at.x(), at.y())
 
     def _continue_motion(self, at: QPointF) -> None:
         moved, self._last = at - self._last, QPointF(at)
         if not moved.isNull():
-            self._viewport.continue_motion(self._motion, moved.x(), moved.y())
+            self._camera.continue_motion(self._motion, moved.x(), moved.y())
 
     def _end_motion(self) -> None:
         if self._motion is not None:
             self._motion, self._held = None, None
-            self._viewport.end_motion()
             self._viewport.set_navigating(self._space)
 
     def _send(self, kind: Any, event: Any, pen: bool = False, at: QPointF | None = None) -> None:
@@ -352,7 +336,7 @@ class Hands(QObject):
             )
         )
 
-    _handlers = {
+    _handlers: ClassVar[dict[Any, Any]] = {
         _Type.MouseButtonPress: _mouse_press,
         _Type.MouseButtonDblClick: _mouse_press,
         _Type.MouseMove: _mouse_move,

@@ -1,39 +1,63 @@
-"""Which triangle is seen at every pixel: one hardware-selector capture as a numpy image."""
+"""Which triangle is seen at every pixel, as a numpy image, from one render.
+
+VTK's own hardware selector answers the same in four to five renders and rebuilds its buffers each
+time; here the fragment shader writes the triangle's number as its colour. Where that cannot be, the
+selector does it.
+"""
 
 from __future__ import annotations
 
 import ctypes
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 from vtkmodules.vtkRenderingCore import vtkActor, vtkRenderer, vtkRenderWindow
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLHardwareSelector
 
+_MOST = 1 << 24  # triangles that three bytes of colour can tell apart
+_TAG = "//VTK::Picking::Impl"
+_NUMBER_AS_COLOUR = """//VTK::Picking::Impl
+  int seenId = gl_PrimitiveID;
+  gl_FragData[0] = vec4(float(seenId & 255), float((seenId >> 8) & 255),
+      float((seenId >> 16) & 255), 255.0) / 255.0;
+"""
 _ACTOR_PASS, _LOW_PASS, _HIGH_PASS = 0, 5, 6
 
 
-def _pass_image(selector: Any, which: int, width: int, height: int) -> NDArray[Any] | None:
-    pointer = selector.GetPixelBuffer(which)
-    if pointer is None:
-        return None
-    found = re.match(r"_([0-9a-fA-F]+)_p_", pointer)
-    if found is None:
-        return None
-    raw = (ctypes.c_ubyte * (width * height * 3)).from_address(int(found.group(1), 16))
-    return np.ctypeslib.as_array(raw).reshape(height, width, 3)
-
-
-def capture(window: vtkRenderWindow, renderer: vtkRenderer, actor: vtkActor) -> NDArray[np.int32]:
+def capture(
+    window: vtkRenderWindow | Any, renderer: vtkRenderer, actor: vtkActor
+) -> NDArray[np.int32]:
     """Return the ids of the triangles of `actor` that are seen, (height, width), -1 for none.
 
     Row 0 is the bottom, as VTK counts. Nothing but `actor` takes part: other props neither hide it
     nor answer.
     """
+    if actor.GetMapper().GetInput().GetNumberOfCells() >= _MOST:
+        return captured_by_selector(window, renderer, actor)
     width, height = window.GetSize()
     window.MakeCurrent()
+    with _alone(renderer, actor), _bare(window, renderer), _numbered(actor):
+        interactor = window.GetInteractor()
+        interactor.EnableRenderOn()
+        window.Render()
+        interactor.EnableRenderOff()
+        pixels = vtkUnsignedCharArray()
+        window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, pixels)
+    seen = vtk_to_numpy(pixels).reshape(height, width, 4)
+    ids = np.ascontiguousarray(seen).view("<u4")[..., 0].astype(np.int64) & (_MOST - 1)
+    return np.where(seen[..., 3] == 255, ids, -1).astype(np.int32)
+
+
+@contextmanager
+def _alone(renderer: vtkRenderer, actor: vtkActor) -> Iterator[None]:
+    """Show `actor` and nothing else."""
     others = []
     props = renderer.GetViewProps()
     props.InitTraversal()
@@ -43,20 +67,68 @@ def capture(window: vtkRenderWindow, renderer: vtkRenderer, actor: vtkActor) -> 
             others.append(prop)
     shown = actor.GetVisibility()
     actor.VisibilityOn()
+    try:
+        yield
+    finally:
+        actor.SetVisibility(shown)
+        for prop in others:
+            prop.VisibilityOn()
+
+
+@contextmanager
+def _bare(window: Any, renderer: vtkRenderer) -> Iterator[None]:
+    """Render onto nothing, mixing no neighbouring pixels, and not to the screen."""
+    samples, swap = window.GetMultiSamples(), window.GetSwapBuffers()
+    smooth, gradient = renderer.GetUseFXAA(), renderer.GetGradientBackground()
+    occlusion = renderer.GetUseSSAO()
+    window.SetMultiSamples(0)
+    window.SwapBuffersOff()
+    renderer.SetUseFXAA(False)
+    renderer.SetUseSSAO(False)
+    renderer.SetGradientBackground(False)
+    renderer.SetBackgroundAlpha(0.0)
+    try:
+        yield
+    finally:
+        window.SetMultiSamples(samples)
+        window.SetSwapBuffers(swap)
+        renderer.SetUseFXAA(smooth)
+        renderer.SetUseSSAO(occlusion)
+        renderer.SetGradientBackground(gradient)
+        renderer.SetBackgroundAlpha(1.0)
+
+
+@contextmanager
+def _numbered(actor: vtkActor) -> Iterator[None]:
+    """Let `actor` be drawn in the colours of its triangles' numbers."""
+    shader, look = actor.GetShaderProperty(), actor.GetProperty()
+    edges = look.GetEdgeVisibility()
+    look.SetEdgeVisibility(False)  # edges come from a geometry shader, which loses the numbers
+    shader.AddFragmentShaderReplacement(_TAG, True, _NUMBER_AS_COLOUR, False)
+    try:
+        yield
+    finally:
+        shader.ClearFragmentShaderReplacement(_TAG, True)
+        look.SetEdgeVisibility(edges)
+
+
+def captured_by_selector(
+    window: vtkRenderWindow | Any, renderer: vtkRenderer, actor: vtkActor
+) -> NDArray[np.int32]:
+    """Return what `capture` returns, by VTK's own hardware selector: slower, for any number."""
+    width, height = window.GetSize()
+    window.MakeCurrent()
     selector = vtkOpenGLHardwareSelector()
     selector.SetRenderer(renderer)
     selector.SetFieldAssociation(vtkDataObject.FIELD_ASSOCIATION_CELLS)
     selector.SetArea(0, 0, width - 1, height - 1)
-    try:
-        captured = selector.CaptureBuffers()
-        if not captured:
-            raise RuntimeError("The graphics driver could not tell which triangles are seen.")
-        return _decoded(selector, width, height)
-    finally:
-        selector.ClearBuffers()
-        actor.SetVisibility(shown)
-        for prop in others:
-            prop.VisibilityOn()
+    with _alone(renderer, actor):
+        try:
+            if not selector.CaptureBuffers():
+                raise RuntimeError("The graphics driver could not tell which triangles are seen.")
+            return _decoded(selector, width, height)
+        finally:
+            selector.ClearBuffers()
 
 
 def _decoded(selector: Any, width: int, height: int) -> NDArray[np.int32]:
@@ -73,3 +145,12 @@ def _decoded(selector: Any, width: int, height: int) -> NDArray[np.int32]:
         ids |= high[..., 0].astype(np.int32) << 24
     ids[~actors.any(axis=2)] = -1
     return ids
+
+
+def _pass_image(selector: Any, which: int, width: int, height: int) -> NDArray[Any] | None:
+    pointer = selector.GetPixelBuffer(which)
+    found = re.match(r"_([0-9a-fA-F]+)_p_", pointer) if pointer is not None else None
+    if found is None:
+        return None
+    raw = (ctypes.c_ubyte * (width * height * 3)).from_address(int(found.group(1), 16))
+    return np.ctypeslib.as_array(raw).reshape(height, width, 3)

@@ -1,4 +1,4 @@
-"""Ink over the picture: strokes, brush, invitation, legend. It never makes the scene render again."""
+"""Ink over the picture: strokes, brush, invitation, legend. The scene never renders for it."""
 
 from __future__ import annotations
 

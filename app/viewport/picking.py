@@ -60,7 +60,7 @@ class Sight:
 
     @cached_property
     def screen(self) -> F64:
-        """Device pixels x, y (0.5 is the middle of the first) and depth z/w of all vertices, (n, 3).
+        """Device pixels x, y (0.5: the middle of the first) and depth z/w of all vertices, (n, 3).
 
         A vertex behind the eye has not-a-number as its place.
         """
@@ -132,7 +132,7 @@ class Sight:
         return Hit(face, int(corners[np.argmin(distance)]), point)
 
     def _under(self, x: float, y: float, middle: int) -> tuple[int, F64]:
-        """Return the nearest seen triangle that covers a point, and the point's shares of its corners.
+        """Return the nearest seen triangle that covers a point, and the shares of its corners.
 
         The image tells what is seen in the middle of a pixel; elsewhere in the pixel it may be a
         neighbour. When none covers the point, it is moved into the triangle seen in the middle.
@@ -149,7 +149,7 @@ class Sight:
         return found, shares / shares.sum()
 
     def _shares(self, face: int, x: float, y: float) -> F64:
-        """Return barycentric shares b (3,) of `face` at a pixel: P(corners' b) = (x, y), sum b = 1."""
+        """Return barycentric shares b (3,) at a pixel: P(corners' b) = (x, y), sum b = 1."""
         corners = np.asarray(self.vertices[self.faces[face]], dtype=np.float64)
         p = self.view.pixel_matrix
         rows = np.stack([p[0] - x * p[2], p[1] - y * p[2]])

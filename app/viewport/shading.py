@@ -23,7 +23,8 @@ DIVERGING = ("#1f4e9c", "#5b93cf", "#b9d3e8", "#f3f1ec", "#f3c59a", "#e08a45", "
 _REFLECTED = """//VTK::Light::Impl
   vec3 stripeEye = cameraParallel == 1 ? vec3(0.0, 0.0, -1.0) : normalize(vertexVC.xyz);
   vec3 stripeRay = reflect(stripeEye, normalVCVSOutput);
-  float stripeAt = asin(clamp(dot(stripeRay, stripeAxis), -0.999, 0.999)) * stripeCount / 3.14159265;
+  float stripeHigh = asin(clamp(dot(stripeRay, stripeAxis), -0.999, 0.999));
+  float stripeAt = stripeHigh * stripeCount / 3.14159265;
   float stripeWide = max(fwidth(stripeAt), 1e-5);
   float stripeOff = abs(fract(stripeAt) - 0.5);
 """

@@ -24,8 +24,8 @@ U8 = NDArray[np.uint8]
 class Placement:
     """The map from mesh units to scene units: float32 keeps its digits, VTK its tolerances.
 
-    A far-away or tiny model is moved to the origin and scaled to a diagonal of 64 to 128 units, by a
-    power of two, so that nothing is rounded on the way back.
+    A far-away or tiny model is moved to the origin and scaled to a diagonal of 64 to 128 units, by
+    a power of two, so that nothing is rounded on the way back.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class Placement:
 
 
 def summed_at_corners(faces: I64, values: NDArray[Any], n: int) -> NDArray[Any]:
-    """Return, at each of `n` vertices, the sum of `values` (f, c) over the faces around it, (n, c)."""
+    """Return the sum of `values` (f, c) over the faces around each of `n` vertices, (n, c)."""
     corners = faces.ravel()
     columns = [
         np.bincount(corners, weights=np.repeat(values[:, c], 3), minlength=n)

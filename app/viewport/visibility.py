@@ -1,7 +1,7 @@
 """Which vertices are seen, from an image of the triangles that are seen.
 
-Most are settled by the few triangles seen around their pixel. Along silhouettes and folds, where that
-image is too coarse, the triangles that could lie in front are looked up and tested exactly.
+Most are settled by the few triangles seen around their pixel. Along silhouettes and folds, where
+that image is too coarse, the triangles that could lie in front are looked up and tested exactly.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ def _looked_at(
 def _seen_around(
     place: F64, ids: NDArray[np.int32]
 ) -> Iterator[tuple[bool, B1, NDArray[np.int32]]]:
-    """Yield for each of nine pixels: whether it is the middle one, where something is seen, what."""
+    """Yield for each of nine pixels: is it the middle one, where is something seen, and what."""
     height, width = ids.shape
     px, py = place[:, 0].astype(np.int64), place[:, 1].astype(np.int64)
     for dx, dy in _AROUND:
@@ -170,21 +170,22 @@ def _hidden(vertices: I64, screen: F64, faces: I64) -> B1:
         return hidden
     place = screen[vertices]
     reach = _reach(screen, faces)
-    low = place[:, :2].min(axis=0) - reach
-    size = np.ceil((place[:, :2].max(axis=0) + reach - low) / reach).astype(int) + 2
+    cell = 2 * reach  # a triangle's first corner is within this of every point of it
+    low = place[:, :2].min(axis=0) - cell
+    size = np.ceil((place[:, :2].max(axis=0) + cell - low) / cell).astype(int) + 2
     near = np.zeros(size[::-1], dtype=bool)
-    at = ((place[:, :2] - low) / reach).astype(int)
+    at = ((place[:, :2] - low) / cell).astype(int)
     for dx, dy in _AROUND:
         near[np.clip(at[:, 1] + dy, 0, size[1] - 1), np.clip(at[:, 0] + dx, 0, size[0] - 1)] = True
-    middle = screen[faces, :2].mean(axis=1)
-    cell = (middle - low) / reach
-    inside = np.flatnonzero((cell >= 0).all(axis=1) & (cell < size).all(axis=1))
-    there = cell[inside].astype(int)
+    first = (screen[faces[:, 0], :2] - low) / cell
+    inside = np.flatnonzero((first >= 0).all(axis=1) & (first < size).all(axis=1))
+    there = first[inside].astype(int)
     some = inside[near[there[:, 1], there[:, 0]]]
     if len(some) == 0:
         return hidden
+    middles = screen[faces[some], :2].mean(axis=1)
     pairs = cKDTree(place[:, :2]).sparse_distance_matrix(
-        cKDTree(middle[some]), reach, output_type="coo_matrix"
+        cKDTree(middles), reach, output_type="coo_matrix"
     )
     row, face = pairs.row, faces[some[pairs.col]]
     foreign = ~(face == vertices[row, None]).any(axis=1)
@@ -198,4 +199,4 @@ def _reach(screen: F64, faces: I64) -> float:
     corners = screen[faces[:: max(1, len(faces) // 5000)], :2]
     far = np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2).max(axis=1)
     far = far[np.isfinite(far)]
-    return float(np.clip(1.3 * np.percentile(far, 98), 2.0, 24.0)) if len(far) else 2.0
+    return float(np.clip(1.3 * np.percentile(far, 98), 0.5, 24.0)) if len(far) else 2.0

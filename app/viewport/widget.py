@@ -1,53 +1,44 @@
 """Viewport: the form on screen, rendered once per frame, and the hands on it.
 
-It knows no document and no tool. Pixels at its public interface are logical pixels from the top left
-corner; positions are in mesh units.
+It knows no document and no tool. Pixels at its public interface are logical pixels from the top
+left corner; positions are in mesh units.
 """
 
 from __future__ import annotations
 
-import math
 import time
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from PySide6.QtCore import QElapsedTimer, QEvent, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, QSizeF, Qt, QTimer, Signal
+from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QComboBox, QLineEdit, QWidget
 from pyvistaqt import QtInteractor
-from vtkmodules.vtkCommonCore import vtkFloatArray
 
 from app.look import DARK, Theme
-from app.viewport.camera import STANDARD_VIEWS, Eye
+from app.viewport.camera import Eye
 from app.viewport.cube import ViewCube
-from app.viewport.hands import ORBIT_PER_PIXEL, ZOOM_PER_PIXEL, Hands, Motion
+from app.viewport.hands import ORBIT_PER_PIXEL, Hands
 from app.viewport.idimage import capture
+from app.viewport.maps import Maps
+from app.viewport.navigation import Navigation
 from app.viewport.overlay import Backdrop, Overlay, SpaceCurve
 from app.viewport.picking import Sight
 from app.viewport.picture import as_image, rendered
 from app.viewport.scene import Scene
-from app.viewport.shading import (
-    Display,
-    legend,
-    mapped,
-    round_up,
-    set_stripes,
-    signed_deviation,
-    signed_mean_curvature,
-    turn_stripes,
-)
+from app.viewport.shading import Display
 from engine.arrays import F64, I64
 from engine.mesh import Mesh
 from engine.view import View
 from plugins.api import Hit, Pointer
 
-FLIGHT_MS = 220
 REST_MS = 160
 SLOW_FRAME_MS = 80.0
 HEAVY_FACES = 150_000
-TURNTABLE_PER_SECOND = math.radians(36.0)
 CUBE_MARGIN = 12
+_NONE: I64 = np.zeros(0, dtype=np.int64)
 _TYPED_INTO = (QLineEdit, QAbstractSpinBox, QComboBox)
 
 
@@ -88,39 +79,25 @@ class Viewport(QtInteractor):
         self._form: Mesh | None = None
         self._vertices: F64 = np.zeros((0, 3))
         self._sight: tuple[Any, Sight] | None = None
-        self._shader: Any = None
-        self._mapped: Any = None
-        self._pivot: F64 = np.zeros(3)
-        self._tool_cursor = None
+        self._tool_cursor: Any = None
         self._software: bool | None = None
         self.scene = Scene(self.renderer, theme)
         self.overlay = Overlay(self)
-        self._eye = Eye(np.zeros(3), 200.0)
-        self._flight: tuple[Eye, Eye] | None = None
-        self._flight_clock = QElapsedTimer()
-        self._flight_timer = QTimer(self)
-        self._flight_timer.setTimerType(Qt.TimerType.PreciseTimer)
-        self._flight_timer.setInterval(15)
-        self._flight_timer.timeout.connect(self._fly)
+        self.overlay.set_theme(theme)
+        self.cube = ViewCube(self)
+        self.cube.set_theme(theme)
+        self.maps = Maps(self)
+        self.navigation = Navigation(self)
+        self.navigation.moved.connect(self._camera_moved)
+        self.cube.chosen.connect(self.navigation.standard_view)
+        self.cube.turned.connect(
+            lambda dx, dy: self.turn_by(-ORBIT_PER_PIXEL * dx, ORBIT_PER_PIXEL * dy)
+        )
         self._rest_timer = QTimer(self)
         self._rest_timer.setSingleShot(True)
         self._rest_timer.setInterval(REST_MS)
         self._rest_timer.timeout.connect(self._rest)
-        self._turntable = QTimer(self)
-        self._turntable.setTimerType(Qt.TimerType.PreciseTimer)
-        self._turntable.setInterval(16)
-        self._turntable.timeout.connect(self._turn_a_little)
-        self._turntable_clock = QElapsedTimer()
-        self._display: Display = "clay"
-        self._reference: F64 | None = None
-        self._most = 0.0
-        self.unit = "mm"
-        self.cube = ViewCube(self)
-        self.cube.chosen.connect(self.standard_view)
-        self.cube.turned.connect(
-            lambda dx, dy: self.turn_by(-ORBIT_PER_PIXEL * dx, ORBIT_PER_PIXEL * dy)
-        )
-        self.hands = Hands(self)
+        self.hands = Hands(self, self.navigation)
         self._apply_eye()
 
     # Rendering
@@ -188,23 +165,20 @@ class Viewport(QtInteractor):
         """Show a mesh, framed three-quarter, or from where one looks now."""
         before = self.scene.placement
         self.scene.set_mesh(mesh)
-        assert self.scene.surface is not None
-        self._shader = self.scene.surface.actor.GetShaderProperty()
-        self._reference = None
         self._form = mesh
         self._vertices = mesh.vertices.copy()
         self._sight = None
         after = self.scene.placement
         if keep_camera:
             scale = after.scale / before.scale
-            centre = after.to_scene(before.to_mesh(self._eye.centre))
-            self._set_eye(replace(self._eye, centre=centre, distance=self._eye.distance * scale))
+            centre = after.to_scene(before.to_mesh(self.eye.centre))
+            moved = replace(self.eye, centre=centre, distance=self.eye.distance * scale)
+            self.look(moved, animate=False)
         else:
-            azimuth, elevation = (math.radians(a) for a in STANDARD_VIEWS["three-quarter"])
-            self._set_eye(replace(self._eye, azimuth=azimuth, elevation=elevation))
+            self.standard_view("three-quarter", animate=False)
             self.frame(animate=False)
         self._apply_eye()
-        self.set_display(self._display)
+        self.maps.new_form()
         self._changed()
 
     def set_vertices(self, positions: ArrayLike, changed_ids: I64 | None = None) -> None:
@@ -223,8 +197,7 @@ class Viewport(QtInteractor):
                 p = p[changed_ids]
             self._vertices[changed_ids] = p
         self.scene.move(p, changed_ids)
-        if self._display == "deviation":
-            self._map_deviation()
+        self.maps.moved()
         self._lighten()
         self._changed()
 
@@ -289,66 +262,31 @@ class Viewport(QtInteractor):
     @property
     def display(self) -> Display:
         """What the form is coloured by: clay, zebra, reflection, curvature or deviation."""
-        return self._display
+        return self.maps.display
 
     def set_display(self, display: Display) -> None:
         """Colour the form by clay, by stripes that it reflects, or by a map with its scale."""
-        self._display = display
-        self._most = 0.0
-        if self.scene.surface is None:
-            return
-        set_stripes(self._shader, display)
-        self._apply_eye()
-        if display == "curvature":
-            self._map_curvature()
-        elif display == "deviation":
-            self._map_deviation()
-        else:
-            self.scene.set_map(None)
-            self.overlay.set_legend(None)
+        self.maps.show(display)
         self.update()
 
     def set_reference(self, positions: ArrayLike | None) -> None:
         """Measure deviation from these positions (n, 3); None for the mesh as it was set."""
-        self._reference = None if positions is None else np.array(positions, dtype=np.float64)
-        self._most = 0.0
-        if self._display == "deviation":
-            self._map_deviation()
-
-    def set_unit(self, unit: str) -> None:
-        """Say what one mesh unit is, for scales and measures."""
-        self.unit = unit
-        self.set_display(self._display)
+        self.maps.set_reference(positions)
+        self.update()
 
     def deviation(self) -> F64:
         """Return the signed distance of each vertex from the reference, (n,), mesh units."""
-        assert self._form is not None
-        assert self.scene.surface is not None
-        reference = self._form.vertices if self._reference is None else self._reference
-        return signed_deviation(self._vertices, reference, self.scene.surface.normals)
+        return self.maps.deviation()
 
-    def _map_deviation(self) -> None:
-        if self._form is None:
-            return
-        values = self.deviation()
-        # The scale only grows while one edits, so that colours keep their meaning.
-        self._most = max(self._most, round_up(float(np.abs(values).max())))
-        self.scene.set_map(mapped(values, self._most))
-        self.overlay.set_legend(legend(f"Deviation, {self.unit}", self._most))
-        self.update()
+    @property
+    def unit(self) -> str:
+        """What one mesh unit is, for scales and measures."""
+        return self.maps.unit
 
-    def _map_curvature(self) -> None:
-        if self._form is None:
-            return
-        values = signed_mean_curvature(self._form.with_vertices(self._vertices))
-        self._most = round_up(float(np.percentile(np.abs(values), 96)))
-        self.scene.set_map(mapped(values, self._most))
-        self.overlay.set_legend(legend(f"Mean curvature, 1/{self.unit}", self._most))
-        self._mapped = self._stamp()
-        self.update()
-
-    def _stamp(self) -> Any:
-        return self.scene.surface.stamp if self.scene.surface is not None else None
+    def set_unit(self, unit: str) -> None:
+        """Say what one mesh unit is."""
+        self.maps.unit = unit
+        self.set_display(self.display)
 
     def set_wireframe(self, wanted: bool) -> None:
         """Draw the edges of the triangles over the form, or not."""
@@ -462,19 +400,21 @@ class Viewport(QtInteractor):
 
     def view(self) -> View:
         """Return the camera as numbers: mesh units to logical pixels."""
-        width, height = self._device_size()
+        width, height = self.device_size()
         camera = self.renderer.GetActiveCamera()
         m = camera.GetCompositeProjectionTransformMatrix(width / height, -1, 1)
         matrix = np.array([[m.GetElement(i, j) for j in range(4)] for i in range(4)])
         ratio = self.devicePixelRatioF()
         return View(matrix @ self.scene.placement.matrix, (width / ratio, height / ratio))
 
-    def _device_size(self) -> tuple[int, int]:
+    def device_size(self) -> tuple[int, int]:
+        """Width and height in device pixels, as VTK renders."""
         ratio = self.devicePixelRatioF()
         return max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio))
 
-    def _height(self) -> float:
-        return self._device_size()[1] / self.devicePixelRatioF()
+    def view_height(self) -> float:
+        """Height of the view in logical pixels."""
+        return self.device_size()[1] / self.devicePixelRatioF()
 
     def sight(self) -> Sight | None:
         """Return what the camera sees of the form now; worked out once for each view."""
@@ -482,7 +422,7 @@ class Viewport(QtInteractor):
         if surface is None or self._form is None or not self.render_window.GetReadyForRendering():
             return None
         view = self.view()
-        key = (view, surface.stamp, self._device_size())
+        key = (view, surface.stamp, self.device_size())
         if self._sight is not None and self._sight[0] == key:
             return self._sight[1]
         ids = capture(self.render_window, self.renderer, surface.actor)[::-1]
@@ -504,66 +444,69 @@ class Viewport(QtInteractor):
     def vertices_inside(self, polygon: ArrayLike, through: bool = False) -> I64:
         """Return ids of the vertices inside a closed lasso (p, 2), the visible ones or all."""
         sight = self.sight()
-        none = np.zeros(0, dtype=np.int64)
-        return none if sight is None else sight.vertices_inside(polygon, through)
+        return _NONE if sight is None else sight.vertices_inside(polygon, through)
 
     def vertices_near(self, x: float, y: float, radius: float, through: bool = False) -> I64:
         """Return ids of the vertices within `radius` px of a point: a brush's touch."""
         sight = self.sight()
-        none = np.zeros(0, dtype=np.int64)
-        return none if sight is None else sight.vertices_near(x, y, radius, through)
+        return _NONE if sight is None else sight.vertices_near(x, y, radius, through)
 
     def faces_under(self, path: ArrayLike) -> I64:
         """Return ids of the visible triangles below a path (p, 2), in the path's order."""
         sight = self.sight()
-        return np.zeros(0, dtype=np.int64) if sight is None else sight.faces_under(path)
+        return _NONE if sight is None else sight.faces_under(path)
 
     # The camera
 
     @property
     def eye(self) -> Eye:
         """Where one looks from, in scene coordinates; frozen, to keep and to give back."""
-        return self._eye
+        return self.navigation.eye
 
     def look(self, eye: Eye, animate: bool = True) -> None:
         """Look from `eye`, flying there; any movement of the hand ends the flight."""
-        if not animate or not self.isVisible():
-            self._stop_flight()
-            self._set_eye(eye)
-            return
-        self._flight = (self._eye, eye)
-        self._flight_clock.start()
-        self._flight_timer.start()
+        self.navigation.look(eye, animate)
 
     def standard_view(self, name: str, animate: bool = True) -> None:
         """Look from "front", "back", "left", "right", "top", "bottom" or "three-quarter"."""
-        azimuth, elevation = (math.radians(a) for a in STANDARD_VIEWS[name])
-        turned = replace(self._eye, azimuth=azimuth, elevation=elevation)
-        self.look(turned, animate)
+        self.navigation.standard_view(name, animate)
 
     def frame(self, ids: I64 | None = None, animate: bool = True) -> None:
         """Bring the vertices `ids`, or the whole form, into the picture."""
-        if self.scene.surface is None:
-            return
-        points = self.scene.surface.positions
-        points = (points if ids is None or len(ids) == 0 else points[ids]).astype(np.float64)
-        goal = self._flight[1] if self._flight is not None else self._eye
-        width, height = self._device_size()
-        self.look(goal.framing(points, width / height), animate)
-
-    def set_perspective(self, wanted: bool) -> None:
-        """Look in perspective, or orthographically with the same size at the centre."""
-        self._stop_flight()
-        self._set_eye(replace(self._eye, perspective=wanted))
+        if self.scene.surface is not None:
+            points = self.scene.surface.positions
+            chosen = points if ids is None or len(ids) == 0 else points[ids]
+            self.navigation.frame(chosen.astype(np.float64), animate)
 
     @property
     def perspective(self) -> bool:
         """Whether the picture is in perspective."""
-        return self._eye.perspective
+        return self.eye.perspective
+
+    def set_perspective(self, wanted: bool) -> None:
+        """Look in perspective, or orthographically with the same size at the centre."""
+        self.look(replace(self.eye, perspective=wanted), animate=False)
 
     def set_up_axis(self, axis: str) -> None:
         """Take "z" or "y" as the direction that is upright on screen."""
-        self._set_eye(replace(self._eye, up={"y": 1, "z": 2}[axis]))
+        self.look(replace(self.eye, up={"y": 1, "z": 2}[axis]), animate=False)
+
+    def turn_by(self, azimuth: float, elevation: float) -> None:
+        """Turn about the middle of the picture, by angles in radians."""
+        self.navigation.turn_by(azimuth, elevation)
+
+    def zoom_at(self, x: float, y: float, factor: float) -> None:
+        """Zoom so that what is under a pixel stays there."""
+        self.navigation.zoom_at(x, y, factor)
+
+    @property
+    def turntable(self) -> bool:
+        """Whether the form turns by itself."""
+        return self.navigation.turning
+
+    def set_turntable(self, wanted: bool) -> None:
+        """Turn the form slowly about its up axis until somebody takes hold of it."""
+        self.navigation.turn(wanted)
 
     def link(self, other: Viewport) -> None:
         """Let both viewports look from the same place from now on."""
@@ -573,104 +516,32 @@ class Viewport(QtInteractor):
 
     def look_as(self, other: Viewport) -> None:
         """Look from where another viewport looks."""
-        here, there = self.scene.placement, other.scene.placement
-        eye = other.eye
+        here, there, eye = self.scene.placement, other.scene.placement, other.eye
         if here.scale != there.scale or (here.centre != there.centre).any():
             centre = here.to_scene(there.to_mesh(eye.centre))
             eye = replace(eye, centre=centre, distance=eye.distance * here.scale / there.scale)
-        self._stop_flight()
-        self._set_eye(eye)
+        if not eye.same_as(self.eye):
+            self.look(eye, animate=False)
 
-    def set_turntable(self, wanted: bool) -> None:
-        """Turn the form slowly about its up axis until somebody takes hold of it."""
-        if wanted:
-            self._stop_flight()
-            self._turntable_clock.start()
-            self._turntable.start()
-        else:
-            self._turntable.stop()
-
-    @property
-    def turntable(self) -> bool:
-        """Whether the form turns by itself."""
-        return self._turntable.isActive()
-
-    def _turn_a_little(self) -> None:
-        seconds = min(0.25, self._turntable_clock.restart() / 1e3)
-        self._set_eye(self._eye.orbited(np.zeros(3), TURNTABLE_PER_SECOND * seconds, 0.0))
-
-    def _set_eye(self, eye: Eye) -> None:
-        if eye.same_as(self._eye):
-            return
-        self._eye = eye
+    def _camera_moved(self) -> None:
         self._apply_eye()
         self._lighten()
         self._changed()
         self.camera_changed.emit()
 
     def _apply_eye(self) -> None:
-        self._eye.apply(self.renderer.GetActiveCamera(), self.scene.radius)
-        self.scene.seen_from(self._eye, self._height())
-        if self._display in ("zebra", "reflection") and self._form is not None:
-            turn_stripes(self._shader, self._eye.axes[:, self._eye.up])
-        self.cube.follow(self._eye)
+        self.eye.apply(self.renderer.GetActiveCamera(), self.scene.radius)
+        self.scene.seen_from(self.eye, self.view_height())
         self.overlay.follow(self.view())
-
-    def _fly(self) -> None:
-        if self._flight is None:
-            self._flight_timer.stop()
-            return
-        start, goal = self._flight
-        share = min(1.0, self._flight_clock.elapsed() / FLIGHT_MS)
-        if share >= 1.0:
-            self._stop_flight()
-            self._set_eye(goal)
-        else:
-            eased = 1.0 - (1.0 - share) ** 3
-            self._set_eye(start.towards(goal, eased))
-
-    def _stop_flight(self) -> None:
-        self._turntable.stop()
-        self._flight = None
-        self._flight_timer.stop()
+        self.cube.follow(self.eye)
+        self.maps.turned(self.eye)
 
     # What the hands ask for
-
-    def begin_motion(self, motion: Motion, x: float, y: float) -> None:
-        """Take hold of the point of the form under a pixel."""
-        self._stop_flight()
-        self._pivot = self._under(x, y, fallback=motion is not Motion.ORBIT)
-
-    def continue_motion(self, motion: Motion, dx: float, dy: float) -> None:
-        """Move the camera by a distance in pixels."""
-        if motion is Motion.ORBIT:
-            self._set_eye(
-                self._eye.orbited(self._pivot, -ORBIT_PER_PIXEL * dx, ORBIT_PER_PIXEL * dy)
-            )
-        elif motion is Motion.PAN:
-            unit = float(self._eye.unit_per_pixel(self._pivot[None], self._height())[0])
-            self._set_eye(self._eye.panned(unit * dx, -unit * dy))
-        else:
-            self._set_eye(self._eye.zoomed(self._pivot, math.exp(-ZOOM_PER_PIXEL * dy)))
-
-    def end_motion(self) -> None:
-        """Let go of the form."""
-        self._rest_timer.start()
-
-    def zoom_at(self, x: float, y: float, factor: float) -> None:
-        """Zoom so that what is under a pixel stays there."""
-        self._stop_flight()
-        self._set_eye(self._eye.zoomed(self._under(x, y), factor))
-
-    def turn_by(self, azimuth: float, elevation: float) -> None:
-        """Turn about the middle of the picture, by angles in radians."""
-        self._stop_flight()
-        self._set_eye(self._eye.orbited(self._eye.centre, azimuth, elevation))
 
     def emit_pointer(self, pointer: Pointer) -> None:
         """Hand an event to whoever holds the tool."""
         if pointer.kind == "press":
-            self._stop_flight()
+            self.navigation.stop()
             self.overlay.set_invitation(None)
         self.pointer.emit(pointer)
 
@@ -691,50 +562,6 @@ class Viewport(QtInteractor):
             self.setCursor(self._tool_cursor)
             self._tool_cursor = None
 
-    def _under(self, x: float, y: float, fallback: bool = True) -> F64:
-        """Return the scene point under a pixel.
-
-        Over the background: the point at the centre's depth, or without `fallback` the centre of the
-        form when that is in the picture, so that turning never throws the form out of sight.
-        """
-        depth = self._depth_at(x, y)
-        if depth is not None:
-            return self._unprojected(x, y, depth)
-        camera = self.renderer.GetActiveCamera()
-        width, height = self._device_size()
-        m = camera.GetCompositeProjectionTransformMatrix(width / height, -1, 1)
-        clip = np.array(m.MultiplyPoint((*self._eye.centre, 1.0)))
-        if fallback:
-            return self._unprojected(x, y, (clip[2] / clip[3] + 1) / 2)
-        middle = np.array(m.MultiplyPoint((0.0, 0.0, 0.0, 1.0)))
-        inside = middle[3] > 0 and bool((np.abs(middle[:2]) < middle[3]).all())
-        return np.zeros(3) if inside else self._eye.centre
-
-    def _depth_at(self, x: float, y: float) -> float | None:
-        """Return the depth buffer's value 0..1 at a logical pixel, None over the background."""
-        if self.scene.surface is None or not self.render_window.GetReadyForRendering():
-            return None
-        width, height = self._device_size()
-        ratio = self.devicePixelRatioF()
-        i, j = math.floor(x * ratio), height - 1 - math.floor(y * ratio)
-        if not (0 <= i < width and 0 <= j < height):
-            return None
-        self.render_window.MakeCurrent()
-        values = vtkFloatArray()
-        self.render_window.GetZbufferData(i, j, i, j, values)
-        depth = values.GetValue(0) if values.GetNumberOfValues() else 1.0
-        return depth if 0.0 < depth < 1.0 else None
-
-    def _unprojected(self, x: float, y: float, depth: float) -> F64:
-        width, height = self._device_size()
-        ratio = self.devicePixelRatioF()
-        camera = self.renderer.GetActiveCamera()
-        m = camera.GetCompositeProjectionTransformMatrix(width / height, -1, 1)
-        m.Invert()
-        clip = (2 * x * ratio / width - 1, 1 - 2 * y * ratio / height, 2 * depth - 1, 1.0)
-        h = np.array(m.MultiplyPoint(clip))
-        return np.asarray(h[:3] / h[3])
-
     # Rest and motion
 
     def _changed(self) -> None:
@@ -751,20 +578,19 @@ class Viewport(QtInteractor):
     @property
     def moving(self) -> bool:
         """Whether the picture changed so recently that it is still drawn plainly."""
-        return self._rest_timer.isActive() or self._flight is not None
+        return self._rest_timer.isActive() or self.navigation.flying
 
     @property
     def _heavy(self) -> bool:
         return self._form is not None and len(self._form.faces) > HEAVY_FACES
 
     def _rest(self) -> None:
-        if self.hands.navigating or self._flight is not None or self.turntable:
+        if self.hands.navigating or self.navigation.flying:
             self._rest_timer.start()
             return
         self.scene.use_stand_in(False)
         self.renderer.SetUseFXAA(bool(self._software))
-        if self._display == "curvature" and self._mapped != self._stamp():
-            self._map_curvature()
+        self.maps.rested()
         self._apply_eye()
         self.update()
         self.rested.emit()
@@ -812,8 +638,8 @@ class Viewport(QtInteractor):
         """Free everything of OpenGL; call it before the window goes."""
         if getattr(self, "_closed", True):
             return
-        for timer in (self._flight_timer, self._rest_timer, self._turntable):
-            timer.stop()
+        self._rest_timer.stop()
+        self.navigation.stop()
         self._sight = None
         self.scene.clear()
         super().close()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import importlib.util
 import os
 import subprocess
 import sys
@@ -18,15 +17,7 @@ from vtkmodules.vtkCommonCore import mutable
 from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
 
 from engine import Mesh
-
-# Tests are imported by path; the stage lies beside this file.
-_spec = importlib.util.spec_from_file_location(
-    "viewport_stage", Path(__file__).with_name("viewport_stage.py")
-)
-stage_module = importlib.util.module_from_spec(_spec)
-sys.modules["viewport_stage"] = stage_module
-_spec.loader.exec_module(stage_module)
-from viewport_stage import (  # noqa: E402
+from tests.app.viewport_stage import (
     ALT,
     CTRL,
     LEFT,
@@ -35,6 +26,7 @@ from viewport_stage import (  # noqa: E402
     RIGHT,
     SHIFT,
     Stage,
+    check_projection,
     eraser_device,
     pen_device,
     sphere,
@@ -44,10 +36,12 @@ from viewport_stage import (  # noqa: E402
 
 pytestmark = pytest.mark.window
 
+SHIFTED = np.array([40, -25])
+
 
 @pytest.fixture
-def stage(qtbot):
-    made = Stage(qtbot, torus(6000))
+def stage(qtbot):  # qtbot catches what Qt reports and exceptions in slots
+    made = Stage(torus(6000))
     yield made
     made.close()
 
@@ -80,7 +74,7 @@ def seen_by_rays(viewport, mesh: Mesh, ids: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("vertices", [6000, 60_000])
 def test_lasso_agrees_with_ray_casting(qtbot, perspective, vertices):
     mesh = torus(vertices)
-    stage = Stage(qtbot, mesh)
+    stage = Stage(mesh)
     viewport = stage.viewport
     viewport.set_perspective(perspective)
     lasso = np.array([[1.0, 1.0], [498.0, 1.0], [498.0, 398.0], [1.0, 398.0]])
@@ -94,7 +88,7 @@ def test_lasso_agrees_with_ray_casting(qtbot, perspective, vertices):
 
 def test_no_vertex_of_the_back_of_a_sphere_is_selected(qtbot):
     mesh = sphere(20_000)
-    stage = Stage(qtbot, mesh)
+    stage = Stage(mesh)
     viewport = stage.viewport
     lasso = np.array([[0.0, 0.0], [500.0, 0.0], [500.0, 400.0], [0.0, 400.0]])
     chosen = viewport.vertices_inside(lasso)
@@ -141,7 +135,7 @@ def test_pick_gives_the_point_under_the_pixel(stage):
 
 
 def test_pick_of_a_form_far_from_the_origin_keeps_its_digits(qtbot):
-    stage = Stage(qtbot, torus(4000, size=0.04, offset=1e6))
+    stage = Stage(torus(4000, size=0.04, offset=1e6))
     x, y = stage.middle * (1.0, 1.25)
     hit = stage.viewport.pick(x, y)
     assert hit is not None
@@ -205,66 +199,22 @@ def test_works_after_a_resize(stage, qtbot):
 
 
 def test_view_is_what_vtk_projects(stage):
-    wanted = float(os.environ.get("QT_SCALE_FACTOR", "1"))
-    assert stage.viewport.devicePixelRatioF() == pytest.approx(wanted)
     check_projection(stage)
 
 
 @pytest.mark.parametrize("scale", ["1.25", "1.5", "2"])
 def test_view_is_what_vtk_projects_at_scale(scale):
     """In a process of its own: Qt reads the scale factor once, when it starts."""
-    environment = {k: v for k, v in os.environ.items() if not k.startswith("PYTEST_")}
-    test = f"{__file__}::test_view_is_what_vtk_projects"
     ran = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", test],
-        env={**environment, "QT_SCALE_FACTOR": scale},
+        [sys.executable, "-m", "tests.app.viewport_stage", scale],
+        env={**os.environ, "QT_SCALE_FACTOR": scale},
         cwd=Path(__file__).resolve().parents[2],
         capture_output=True,
         text=True,
         timeout=150,
     )
     assert ran.returncode == 0, ran.stdout + ran.stderr
-    assert "1 passed" in ran.stdout
-
-
-def check_projection(stage: Stage) -> None:
-    """VTK's own projection, its picture, picks and the view agree, in both projections."""
-    viewport = stage.viewport
-    ratio = viewport.devicePixelRatioF()
-    for perspective in (True, False):
-        viewport.set_perspective(perspective)
-        viewport.turn_by(0.31, 0.17)
-        stage.settle()
-        view = viewport.view()
-        points = viewport.vertices[::37]
-        scene = viewport.scene.placement.to_scene(points)
-        renderer = viewport.renderer
-        vtk_px = []
-        for p in scene:
-            renderer.SetWorldPoint(*p, 1.0)
-            renderer.WorldToDisplay()
-            vtk_px.append(renderer.GetDisplayPoint()[:2])
-        height = viewport.render_window.GetSize()[1]
-        expected = np.array([(x / ratio, (height - y) / ratio) for x, y in vtk_px])
-        assert np.abs(view.project(points) - expected).max() < 1e-6
-        sight = viewport.sight()
-        rows, columns = np.nonzero(sight.ids >= 0)
-        for k in range(0, len(rows), len(rows) // 50):
-            face = sight.ids[rows[k], columns[k]]
-            triangle = view.project(viewport.vertices[viewport.form.faces[face]]) * ratio
-            assert _distance_outside(triangle, (columns[k] + 0.5, rows[k] + 0.5)) < 0.05
-
-
-def _distance_outside(triangle: np.ndarray, point: tuple[float, float]) -> float:
-    """How far `point` lies outside a triangle (3, 2), in its units; 0 inside."""
-    a, b, c = triangle
-    turn = np.sign((b - a)[0] * (c - a)[1] - (b - a)[1] * (c - a)[0])
-    worst = 0.0
-    for p, q in ((a, b), (b, c), (c, a)):
-        along = q - p
-        side = turn * (along[0] * (point[1] - p[1]) - along[1] * (point[0] - p[0]))
-        worst = max(worst, -side / max(np.linalg.norm(along), 1e-12))
-    return worst
+    assert f"the projection holds at {float(scale)}" in ran.stdout
 
 
 # Hands
@@ -307,7 +257,7 @@ def test_dragging_orbits_around_the_point_under_the_pointer(stage, button):
     start = stage.middle * (1.0, 1.25)
     pivot = viewport.pick(*start).point
     before = viewport.eye
-    stage.mouse_drag(np.linspace(start, start + (60, -20), 8), button)
+    stage.mouse_drag(np.linspace(start, start + np.array([60, -20]), 8), button)
     after = viewport.eye
     assert stage.events == []
     assert after.azimuth != before.azimuth
@@ -319,8 +269,8 @@ def test_shift_middle_pans_with_the_pointer(stage):
     viewport = stage.viewport
     start = stage.middle * (1.0, 1.25)
     point = viewport.pick(*start).point
-    stage.mouse_drag(np.linspace(start, start + (40, -25), 6), MIDDLE, SHIFT)
-    assert np.abs(viewport.view().project(point)[0] - (start + (40, -25))).max() < 1.0
+    stage.mouse_drag(np.linspace(start, start + SHIFTED, 6), MIDDLE, SHIFT)
+    assert np.abs(viewport.view().project(point)[0] - (start + SHIFTED)).max() < 1.0
 
 
 def test_ctrl_middle_zooms(stage):
@@ -365,7 +315,7 @@ def test_two_fingers_on_the_touchpad_orbit_and_with_shift_pan(stage):
 
 def test_pen_barrel_orbits_with_shift_pans_with_ctrl_zooms_and_never_draws(stage):
     viewport = stage.viewport
-    path = np.linspace(stage.middle, stage.middle + (40, 30), 6)
+    path = np.linspace(stage.middle, stage.middle + np.array([40, 30]), 6)
     eyes = [viewport.eye]
     for modifiers in (Qt.KeyboardModifier.NoModifier, SHIFT, CTRL):
         stage.pen_drag(path, RIGHT, modifiers)
@@ -573,11 +523,11 @@ def test_nothing_of_vtk_outlives_the_window(qtbot):
         return sum(type(o).__name__ in ("vtkOpenGLActor", "vtkActor") for o in gc.get_objects())
 
     before = actors()
-    stage = Stage(qtbot, torus(3000))
+    stage = Stage(torus(3000))
     viewport = stage.viewport
     ids = viewport.vertices_inside(stage.ellipse())
     viewport.set_region(ids)
-    viewport.ghost(viewport.vertices + (0, 0, 3))
+    viewport.ghost(viewport.vertices + np.array([0, 0, 3]))
     viewport.show_curve("a", viewport.vertices[ids[:20]], "source")
     viewport.set_pins(viewport.vertices[ids[:2]])
     viewport.set_mesh(torus(2000))

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Callable
+
 import numpy as np
-from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, Qt
+from PySide6.QtCore import QCoreApplication, QElapsedTimer, QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QInputDevice, QMouseEvent, QPointingDevice, QTabletEvent, QWheelEvent
-from PySide6.QtWidgets import QMainWindow
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QMainWindow
 
 from app.viewport import Viewport
 from engine import Mesh
@@ -69,27 +73,34 @@ def _grid(nu: int, nv: int) -> np.ndarray:
 class Stage:
     """One window with a viewport, exposed and rendered."""
 
-    def __init__(self, qtbot, mesh: Mesh | None, size: tuple[int, int] = (500, 400)) -> None:
-        self.qtbot = qtbot
+    def __init__(self, mesh: Mesh | None, size: tuple[int, int] = (500, 400)) -> None:
         self.window = QMainWindow()
         self.viewport = Viewport(self.window)
         self.window.setCentralWidget(self.viewport)
         self.window.resize(*size)
-        with qtbot.waitExposed(self.window):
-            self.window.show()
-        qtbot.waitUntil(lambda: bool(self.viewport.render_window.GetReadyForRendering()))
+        self.window.show()
+        assert QTest.qWaitForWindowExposed(self.window, 10_000)
+        self.wait(lambda: bool(self.viewport.render_window.GetReadyForRendering()))
         if mesh is not None:
             self.viewport.set_mesh(mesh)
         self.settle()
         self.events: list = []
         self.viewport.pointer.connect(self.events.append)
 
+    def wait(self, met: Callable[[], bool], timeout: int = 10_000) -> None:
+        """Let Qt work until `met` is."""
+        clock = QElapsedTimer()
+        clock.start()
+        while not met():
+            assert clock.elapsed() < timeout, "what was waited for did not come"
+            QTest.qWait(5)
+
     def settle(self) -> None:
         """Wait for the frame at rest."""
-        self.qtbot.waitUntil(lambda: not self.viewport.moving, timeout=10_000)
+        self.wait(lambda: not self.viewport.moving)
         before = self.viewport.renders
         self.viewport.update()
-        self.qtbot.waitUntil(lambda: self.viewport.renders > before, timeout=10_000)
+        self.wait(lambda: self.viewport.renders > before)
 
     def close(self) -> None:
         self.viewport.close()
@@ -194,3 +205,60 @@ def eraser_device() -> QPointingDevice:
 
 def touchpad() -> QPointingDevice:
     return _device("pad", QInputDevice.DeviceType.TouchPad, QPointingDevice.PointerType.Finger)
+
+
+def check_projection(stage: Stage) -> None:
+    """VTK's own projection, its picture, picks and the view agree, in both projections."""
+    viewport = stage.viewport
+    ratio = viewport.devicePixelRatioF()
+    for perspective in (True, False):
+        viewport.set_perspective(perspective)
+        viewport.turn_by(0.31, 0.17)
+        stage.settle()
+        view = viewport.view()
+        points = viewport.vertices[::37]
+        scene = viewport.scene.placement.to_scene(points)
+        renderer = viewport.renderer
+        vtk_px = []
+        for p in scene:
+            renderer.SetWorldPoint(*p, 1.0)
+            renderer.WorldToDisplay()
+            vtk_px.append(renderer.GetDisplayPoint()[:2])
+        height = viewport.render_window.GetSize()[1]
+        expected = np.array([(x / ratio, (height - y) / ratio) for x, y in vtk_px])
+        assert np.abs(view.project(points) - expected).max() < 1e-6
+        sight = viewport.sight()
+        rows, columns = np.nonzero(sight.ids >= 0)
+        for k in range(0, len(rows), len(rows) // 50):
+            face = sight.ids[rows[k], columns[k]]
+            triangle = view.project(viewport.vertices[viewport.form.faces[face]]) * ratio
+            assert _distance_outside(triangle, (columns[k] + 0.5, rows[k] + 0.5)) < 0.05
+
+
+def _distance_outside(triangle: np.ndarray, point: tuple[float, float]) -> float:
+    """How far `point` lies outside a triangle (3, 2), in its units; 0 inside."""
+    a, b, c = triangle
+    turn = np.sign((b - a)[0] * (c - a)[1] - (b - a)[1] * (c - a)[0])
+    worst = 0.0
+    for p, q in ((a, b), (b, c), (c, a)):
+        along = q - p
+        side = turn * (along[0] * (point[1] - p[1]) - along[1] * (point[0] - p[0]))
+        worst = max(worst, -side / max(np.linalg.norm(along), 1e-12))
+    return worst
+
+
+def main() -> int:
+    """Check the projection at the scale factor given, in this process."""
+    application = QApplication([])
+    stage = Stage(torus(6000), (501, 377))
+    ratio = stage.viewport.devicePixelRatioF()
+    assert abs(ratio - float(sys.argv[1])) < 1e-9
+    check_projection(stage)
+    stage.close()
+    del application
+    print(f"the projection holds at {ratio}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
