@@ -23,6 +23,7 @@ from engine.io import Imported, ImportReport, load, open_file, save, start_worke
 from engine.mesh import Mesh, Topology
 from engine.mirror import mirrored_region, symmetry_plane
 from engine.operators import cotangent_stiffness, mean_curvature, vertex_areas
+from engine.patch_drag import drag_patch
 from engine.prepared import EditResult, PreparedEdit
 from engine.recipe import Kinds, Recipe, Step, UnknownStep, replay
 from engine.region import Region

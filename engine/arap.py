@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import scipy.linalg as sla
 import scipy.sparse as sp
@@ -15,6 +17,20 @@ from engine.solve import Factor, factorise
 
 # Bending is weighed so that it rules below this many edge lengths.
 _BENDING_EDGES = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """How what surrounds a region moves, where it does not stay.
+
+    Parameters
+    ----------
+    moved : (q, 3) displacement of the patch's vertices beyond the region, in the region's frame.
+    turns : (q, 3, 3) linear map of each: the identity where it stays.
+    """
+
+    moved: F64
+    turns: F64
 
 
 class Polish:
@@ -55,10 +71,11 @@ class Polish:
         inner = sp.csr_array(bent[:, :m])
         self._bending = sp.csr_array(sp.csr_array(inner.T) @ sp.diags_array(weight))
         matrix = sp.csr_array(self._membrane[:, :m] + self._bending @ inner)
+        self._around = sp.csr_array(self._membrane[:, m:] + self._bending @ bent[:, m:])
         self._factor: Factor = factorise(matrix)
         force = np.zeros((m, len(anchors)))
         force[anchors, np.arange(len(anchors))] = 1.0
-        self._response = self._factor.solve(force)
+        self._response = self._factor.solve(force) if len(anchors) else force
         compliance = self._response[anchors]
         try:
             self._compliance = sla.cho_factor((compliance + compliance.T) / 2)
@@ -67,25 +84,40 @@ class Polish:
                 "The surface cannot be polished with these anchors. Set polish to 0."
             ) from error
 
-    def relax(self, moved: F64, rounds: int, run: Run | None = None) -> F64:
+    def relax(
+        self,
+        moved: F64,
+        rounds: int,
+        run: Run | None = None,
+        around: Surroundings | None = None,
+    ) -> F64:
         """Return the displacements (m, 3) after some rounds that start from `moved`.
 
-        The anchors stay where `moved` has put them.
+        The anchors stay where `moved` has put them; what surrounds the region stays, or moves as
+        `around` says.
         """
         m, x = self._lse.m, self._lse.positions
         held = moved[self._anchors]
         d = moved
         R = np.tile(np.eye(3), (len(x), 1, 1))
+        rest = x
+        pull: F64 = np.zeros((m, 3))
+        if around is not None:
+            R[m:] = around.turns
+            rest = x.copy()
+            rest[m:] += around.moved
+            pull = self._around @ around.moved
         for i in range(rounds):
             if run is not None:
                 run.tick(i / rounds, "Polishing")
-            deformed = x.copy()
+            deformed = rest.copy()
             deformed[:m] += d
             R[:m] = ring_rotations(self._rings, deformed)
-            d = self._factor.solve(self._load(R))
-            miss = held - d[self._anchors]
-            d = d + self._response @ sla.cho_solve(self._compliance, miss)
-            d[self._anchors] = held
+            d = self._factor.solve(self._load(R) - pull)
+            if len(held):
+                miss = held - d[self._anchors]
+                d = d + self._response @ sla.cho_solve(self._compliance, miss)
+                d[self._anchors] = held
         return d
 
     def _load(self, R: F64) -> F64:
