@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QSettings
 
 from app.actions import Action, with_document, with_region
-from engine import Document
+from app.viewport.shading import Display
+from engine import Document, Topology
+from engine.arrays import I64
+from engine.selection import grown, inverted, shrunk, smoothed_border
 
 if TYPE_CHECKING:
     from app.window import Window
@@ -21,6 +25,7 @@ def commands(window: Window) -> list[Action]:
         *_file(window),
         *_edit(window),
         *_level(window),
+        *_region(window),
         *_tools(window),
         *_view(window),
         *_help(window),
@@ -108,6 +113,44 @@ def _tools(window: Window) -> list[Action]:
     return [row(name) for name in host.tools]
 
 
+def _region(window: Window) -> list[Action]:
+    menu, session = "Region", window.session
+
+    def change(made: Callable[[Topology, I64], I64], label: str) -> Callable[[], None]:
+        def do() -> None:
+            document = session.document
+            if document is not None and document.draft.roi is not None:
+                session.choose_region(made(document.mesh.topology, document.draft.roi), label)
+
+        return do
+
+    def keep() -> None:
+        document = session.document
+        if document is not None and document.draft.roi is not None:
+            suggestion = f"Region {len(document.regions) + 1}"
+            window.ask.ask("Keep this region as", suggestion, session.keep_region)
+
+    def mirrored() -> bool:
+        document = session.document
+        return document is not None and bool(document.draft.options.mirror)
+
+    return [
+        Action("region.grow", "Grow", change(grown, "Region grown"), ("Ctrl++", "Ctrl+="),
+               "mdi6.arrow-expand-all", with_region, menu, repeats=True),
+        Action("region.shrink", "Shrink", change(shrunk, "Region shrunk"), ("Ctrl+-",),
+               "mdi6.arrow-collapse-all", with_region, menu, repeats=True),
+        Action("region.smooth", "Smooth the border", change(smoothed_border, "Border smoothed"),
+               (), "mdi6.vector-circle", with_region, menu),
+        Action("region.invert", "Invert", change(inverted, "Region inverted"), ("Ctrl+I",),
+               "mdi6.invert-colors", with_region, menu),
+        Action("region.symmetry", "Edit symmetrically",
+               lambda: session.set_symmetry(not mirrored()),
+               ("Y",), "mdi6.reflect-horizontal", with_document, menu, checked=mirrored),
+        Action("region.keep", "Keep this region…", keep, (), "mdi6.bookmark-outline", with_region,
+               menu),
+    ]  # fmt: skip
+
+
 def _view(window: Window) -> list[Action]:
     menu, viewport = "View", window.viewport
 
@@ -120,9 +163,48 @@ def _view(window: Window) -> list[Action]:
         window.appearance.choose(name)
         window.refresh()
 
+    def flip_display(name: Display) -> None:
+        viewport.set_display("clay" if viewport.display == name else name)
+        window.refresh()
+
+    def standard(name: str, keys: str) -> Action:
+        title = "Three-quarter" if name == "three-quarter" else f"From the {name}"
+        return Action(f"view.{name}", title, lambda: viewport.standard_view(name),
+                      (keys,) if keys else (), "", with_document, menu)  # fmt: skip
+
+    def display(name: Display, title: str, keys: str) -> Action:
+        return Action(f"view.{name}", title, lambda: flip_display(name), (keys,), "",
+                      with_document, menu, checked=lambda: viewport.display == name)  # fmt: skip
+
+    def flip(set_: Callable[[bool], object], now: Callable[[], bool]) -> Callable[[], None]:
+        def do() -> None:
+            set_(not now())
+            window.refresh()
+
+        return do
+
     return [
         Action("view.frame", "Frame the region or the model", frame, ("F",),
                "mdi6.fit-to-screen-outline", with_document, menu),
+        *(standard(*row) for row in (("three-quarter", "0"), ("front", "1"), ("right", "3"),
+                                     ("top", "7"), ("back", ""), ("left", ""), ("bottom", ""))),
+        Action("view.perspective", "Perspective",
+               flip(viewport.set_perspective, lambda: viewport.perspective), ("5",), "",
+               with_document, menu, checked=lambda: viewport.perspective),
+        display("zebra", "Zebra stripes", "Z"),
+        display("reflection", "Reflection lines", "X"),
+        display("curvature", "Mean curvature", "C"),
+        display("deviation", "Deviation from the original", "D"),
+        Action("view.wireframe", "Wireframe",
+               flip(viewport.set_wireframe, lambda: viewport.wireframe), ("W",), "", with_document,
+               menu, checked=lambda: viewport.wireframe),
+        Action("view.turntable", "Turntable",
+               flip(viewport.set_turntable, lambda: viewport.turntable), (), "mdi6.rotate-360",
+               with_document, menu, checked=lambda: viewport.turntable),
+        Action("view.picture", "Save a picture…", window.ask_picture, (), "mdi6.camera-outline",
+               with_document, menu),
+        Action("view.backdrop", "Picture to trace…", window.ask_backdrop, (), "mdi6.image-outline",
+               with_document, menu),
         Action("view.panels", "Hide panels", window.toggle_panels, ("Tab",), menu=menu,
                scope="canvas"),
         *(
@@ -139,4 +221,7 @@ def _help(window: Window) -> list[Action]:
     return [
         Action("help.palette", "Find a command…", lambda: window.palette_box.open(),
                ("Ctrl+Shift+P",), "mdi6.magnify", menu=menu),
+        Action("help.keys", "Keys", window.show_keys, ("F1",), "mdi6.keyboard-outline", menu=menu),
+        Action("help.plugins", "Plugins", window.show_plugins, (), "mdi6.puzzle-outline",
+               menu=menu),
     ]  # fmt: skip

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal
 
 import engine
@@ -28,12 +29,15 @@ from engine import (
     Step,
 )
 from engine.archive import DOCUMENT_SUFFIX, Archive, open_archive
-from engine.arrays import F64
+from engine.arrays import F64, I64, frozen
 from plugins.registry import kinds
 
 log = logging.getLogger(__name__)
 
+Key = tuple[int, int, str, bool]
+
 KEPT_DECOMPOSITIONS = 6
+SYMMETRIC = 0.01  # share of the diagonal
 REST_MS = 150  # a level that stays this long is worth a factorisation
 
 
@@ -78,10 +82,10 @@ class Session(QObject):
         self._solved_edit: tuple[Mesh, SketchEdit] | None = None
         self._previewed: Document | None = None
         self._preview_mesh: Mesh | None = None
-        self._kept: OrderedDict[tuple[int, int, str], tuple[Any, ...]] = OrderedDict()
+        self._kept: OrderedDict[Key, tuple[Any, ...]] = OrderedDict()
         self._shown: Mesh | None = None
         self._coalescing: tuple[int, str] | None = None
-        self._asked: tuple[int, int, str] | None = None
+        self._asked: Key | None = None
         self._prepared: tuple[object, ...] | None = None
         self._resting = QTimer(self)
         self._resting.setSingleShot(True)
@@ -161,9 +165,23 @@ class Session(QObject):
         """Make `document` the current one."""
         assert self.history is not None
         began = self.history.current.draft.roi is not document.draft.roi
+        document = self._mirrored(document)
         self.history.add(document, label)
         self._coalescing = None
         self._moved_on(flowing=began)
+
+    def _mirrored(self, document: Document) -> Document:
+        """With symmetry on, a region is one on both sides."""
+        draft, before = document.draft, self.document
+        if draft.roi is None or not draft.options.mirror or before is None:
+            return document
+        same = before.draft.roi is draft.roi and before.draft.options.mirror == draft.options.mirror
+        if same:
+            return document
+        both = engine.mirrored_region(document.mesh, draft.roi, draft.options.mirror)
+        if len(both) == len(draft.roi):
+            return document
+        return document.with_draft(replace(draft, roi=frozen(both, np.int64)))
 
     def adjust(self, document: Document, label: str) -> None:
         """Make `document` the current one; a run of adjustments with one label is one moment."""
@@ -174,6 +192,51 @@ class Session(QObject):
             moment = self.history.add(document, label)
             self._coalescing = (moment.id, label)
         self._moved_on(flowing=False)
+
+    def choose_region(self, roi: I64 | None, label: str) -> None:
+        """Take another region; an empty one is none."""
+        document = self.document
+        if document is not None:
+            wanted = None if roi is None or len(roi) == 0 else frozen(roi, np.int64)
+            self.change(document.with_draft(document.draft.with_roi(wanted)), label)
+
+    def keep_region(self, name: str, *, forget: bool = False) -> None:
+        """Keep the region in the document under a name, or forget the one of that name."""
+        document = self.document
+        if document is not None:
+            roi = None if forget else document.draft.roi
+            label = "Region forgotten" if forget else f"Region kept: {name}"
+            self.change(document.with_region(name, roi), label)
+
+    def set_symmetry(self, on: bool) -> None:
+        """Mirror the region and what is drawn across the model's plane of symmetry, or stop."""
+        document = self.document
+        if document is None:
+            return
+        options = document.draft.options
+        if not on:
+            draft = replace(document.draft, options=replace(options, mirror=()))
+            self.change(document.with_draft(draft), "Symmetry off")
+            return
+
+        def done(found: tuple[tuple[float, ...], float]) -> None:
+            if self.document is not document:
+                return
+            plane, misfit = found
+            draft = replace(document.draft, options=replace(options, mirror=tuple(plane)))
+            self.change(document.with_draft(draft), "Symmetry")
+            if misfit > SYMMETRIC:
+                self.noticed.emit(
+                    f"The model is not quite symmetric: {misfit:.1%} of its size off the plane"
+                )
+
+        self.jobs.submit(
+            "symmetry",
+            lambda _run: engine.symmetry_plane(document.mesh),
+            done,
+            self.report,
+            priority=1,
+        )
 
     def slide_level(self, level: float) -> None:
         """Show the region at another level of detail, 0 (base) to 1 (everything)."""
@@ -305,8 +368,13 @@ class Session(QObject):
 
     # ---- files
 
-    def open(self, path: Path) -> None:
-        """Open a mesh or a document in the background; what is open stays until it is there."""
+    def open(self, path: Path, *, clean: bool = True) -> None:
+        """Open a mesh or a document in the background; what is open stays until it is there.
+
+        Parameters
+        ----------
+        clean : repair what can be repaired; without, the file is taken as it is or refused.
+        """
         if path.suffix.lower() == DOCUMENT_SUFFIX:
             self._open_document(path)
             return
@@ -318,7 +386,7 @@ class Session(QObject):
                 self.imported.emit(report)
 
         self.jobs.submit(
-            "file", lambda run: engine.open_file(path, run=run), done, self.report, priority=1
+            "file", lambda run: engine.open_file(path, clean, run), done, self.report, priority=1
         )
         self.busy_changed.emit()
 
@@ -416,7 +484,7 @@ class Session(QObject):
             self._ask_solution(document, edit)
 
     def _ask_decomposition(self, document: Document) -> None:
-        roi, rim = document.draft.roi, document.draft.options.rim
+        roi, options = document.draft.roi, document.draft.options
         if roi is None:
             self.jobs.cancel("decompose")
             self._asked = None
@@ -429,7 +497,9 @@ class Session(QObject):
         mesh = document.mesh
 
         def work(run: Run) -> Iterator[Decomposition]:
-            yield from engine.decompose_stream(mesh, roi, rim=rim, run=run)
+            yield from engine.decompose_stream(
+                mesh, roi, rim=options.rim, run=run, free_borders=options.free_borders
+            )
 
         def done(decomposition: Decomposition) -> None:
             first = key not in self._kept
@@ -568,9 +638,10 @@ class Session(QObject):
         return positions
 
 
-def _key(document: Document) -> tuple[int, int, str]:
+def _key(document: Document) -> Key:
     """Identity of what a decomposition depends on; the kept entry holds the objects alive."""
-    return (id(document.mesh), id(document.draft.roi), document.draft.options.rim)
+    options = document.draft.options
+    return (id(document.mesh), id(document.draft.roi), options.rim, options.free_borders)
 
 
 def _same_edit(solved: tuple[Mesh, SketchEdit], mesh: Mesh, edit: SketchEdit) -> bool:

@@ -137,8 +137,10 @@ def belly(seen: F64) -> F64:
     left, right = np.full(12, np.inf), np.full(12, -np.inf)
     np.minimum.at(left, row, seen[:, 0])
     np.maximum.at(right, row, seen[:, 0])
-    widest = int((right - left).argmax())
-    centre = np.array([(left[widest] + right[widest]) / 2, bands[widest : widest + 2].mean()])
-    half = 0.36 * (right[widest] - left[widest])
+    width = right - left
+    wide = np.flatnonzero(width >= 0.95 * width.max())
+    middle = (left[wide] + right[wide]).mean() / 2
+    centre = np.array([middle, (bands[wide] + bands[wide + 1]).mean() / 2])
+    half = 0.36 * width.max()
     t = np.linspace(0, 2 * np.pi, 72, endpoint=False)
     return np.asarray(centre + np.column_stack([half * np.cos(t), 0.85 * half * np.sin(t)]))

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QByteArray, QEvent, QObject, QSettings, Qt, QTimer
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, QPixmap
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QImage, QKeyEvent, QPixmap
 from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QApplication,
@@ -22,9 +23,11 @@ from PySide6.QtWidgets import (
 )
 
 from app.actions import Actions
+from app.ask import Ask
 from app.commands import commands
 from app.documents import Documents
 from app.hint import HintLine
+from app.keys import Keys
 from app.look import Appearance, Theme
 from app.palette import Palette
 from app.panels.edit import EditPanel
@@ -32,6 +35,7 @@ from app.panels.level import LevelPanel
 from app.panels.steps import THUMBNAIL, StepsPanel
 from app.panels.toolbar import ToolRail, ToolStrip
 from app.places import state_folder
+from app.plate import Plate
 from app.safety import Safety
 from app.session import Session
 from app.stage import Stage
@@ -39,7 +43,7 @@ from app.status import Status
 from app.toolhost import ToolHost
 from app.viewport import Viewport
 from app.welcome import Welcome
-from engine import Document
+from engine import Document, ImportReport
 from plugins.registry import Failure, find_tools
 
 PANEL_WIDTH = 304
@@ -74,7 +78,9 @@ class Window(QMainWindow):
         self.rail = ToolRail(self.toolhost, self)
         self.strip = ToolStrip(self.toolhost, self)
         self.status = Status(self.session, self)
-        self._asked_original = False
+        self.ask = Ask(self)
+        self.plate = Plate(self.viewport)
+        self._keys: Keys | None = None
         self._lay_out()
         self.actions_table.add(commands(self))
         self._make_menus()
@@ -125,6 +131,8 @@ class Window(QMainWindow):
     def _make_menus(self) -> None:
         self.recent_menu = QMenu("Open recent", self)
         self.recent_menu.aboutToShow.connect(self._fill_recent)
+        self.regions_menu = QMenu("Kept regions", self)
+        self.regions_menu.aboutToShow.connect(self._fill_regions)
         menus: dict[str, QMenu] = {}
         for name, action in self.actions_table.table.items():
             if not action.menu:
@@ -135,6 +143,8 @@ class Window(QMainWindow):
             menu.addAction(self.actions_table.qt[name])
             if name == "file.open":
                 menu.addMenu(self.recent_menu)
+            elif name == "region.keep":
+                menu.addMenu(self.regions_menu)
 
     def _connect(self) -> None:
         session, host = self.session, self.toolhost
@@ -142,6 +152,7 @@ class Window(QMainWindow):
         session.opened.connect(self._opened)
         session.problem_changed.connect(lambda: self.hint.set_problem(session.problem))
         session.noticed.connect(self.hint.set_notice)
+        session.imported.connect(self._show_report)
         session.busy_changed.connect(self.refresh)
         host.tool_changed.connect(self.refresh)
         host.said.connect(self.hint.set_said)
@@ -214,6 +225,11 @@ class Window(QMainWindow):
         self.steps.set_picture(history.current_id, picture)
 
     def _opened(self) -> None:
+        document = self.session.document
+        self.plate.hide()
+        if document is not None:
+            self.viewport.set_unit(document.unit)
+            self.viewport.set_reference(document.original.vertices)
         path = self.session.path
         if path is not None:
             remember(path)
@@ -264,6 +280,67 @@ class Window(QMainWindow):
             action.setToolTip(str(path))
             action.triggered.connect(lambda _checked=False, p=path: self.session.open(p))
         self.recent_menu.setEnabled(bool(self.recent_menu.actions()))
+
+    def _fill_regions(self) -> None:
+        self.regions_menu.clear()
+        document = self.session.document
+        kept = {} if document is None else document.regions
+        for name, roi in kept.items():
+            menu = self.regions_menu.addMenu(f"{name}, {len(roi):,} vertices")
+            menu.addAction("Choose", lambda r=roi, n=name: self.session.choose_region(r, n))
+            menu.addAction("Forget", lambda n=name: self.session.keep_region(n, forget=True))
+        if not kept:
+            self.regions_menu.addAction("None yet").setEnabled(False)
+
+    def ask_picture(self) -> None:
+        """Let the person choose where a picture of the form goes."""
+        name, _ = QFileDialog.getSaveFileName(self, "Save a picture", _folder(), "PNG (*.png)")
+        if name:
+            self.save_picture(Path(name))
+
+    def save_picture(self, path: Path, scale: float = 2.0, transparent: bool = True) -> None:
+        """Write a picture of the form, on nothing, at a multiple of its size on screen."""
+        size = (round(self.viewport.width() * scale), round(self.viewport.height() * scale))
+        image = self.viewport.render_image(size, transparent)
+        target = path if path.suffix else path.with_suffix(".png")
+        if image.save(str(target)):
+            self.session.noticed.emit(f"Picture saved to {target.name}")
+        else:
+            self.session.fail(f"{target.name} could not be written. Choose another folder.")
+
+    def ask_backdrop(self) -> None:
+        """Let the person choose a picture to trace; the same again takes it away."""
+        if self.viewport.overlay.backdrop is not None:
+            self.viewport.set_backdrop(None)
+            return
+        name, _ = QFileDialog.getOpenFileName(
+            self, "Picture to trace", _folder(), "Pictures (*.png *.jpg *.jpeg *.bmp *.webp)"
+        )
+        if name:
+            self.viewport.set_backdrop(QImage(name))
+
+    def show_keys(self) -> None:
+        """Show every action with its keys."""
+        if self._keys is None:
+            self._keys = Keys(self.actions_table, self)
+        self._keys.fill()
+        self._keys.show()
+        self._keys.raise_()
+
+    def show_plugins(self) -> None:
+        """List the tools that were found, and what failed to load and why."""
+        found = [f"{tool.title}: {tool.tip}" for tool in self.toolhost.tools.values()]
+        failed = [str(failure) for failure in self.failures]
+        self.plate.say("Plugins", [*failed, *found], {"Close": lambda: None})
+
+    def _show_report(self, report: ImportReport) -> None:
+        """Say what was done to a file, and offer to take it as it is."""
+        path = self.session.path
+        buttons: dict[str, Callable[[], object]] = {}
+        if report.repairs and path is not None:
+            buttons["Open without repairs"] = lambda: self.session.open(path, clean=False)
+        buttons["Good"] = lambda: None
+        self.plate.say(f"Opened {report.name}", report.lines(), buttons)
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         """Take a dropped file."""

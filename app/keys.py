@@ -1,0 +1,143 @@
+"""Keys: every action with its keys, found by typing, changed by pressing others."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QKeySequence
+from PySide6.QtWidgets import (
+    QDialog,
+    QHBoxLayout,
+    QHeaderView,
+    QKeySequenceEdit,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.actions import NATIVE, Actions
+
+NAME = Qt.ItemDataRole.UserRole
+HANDS = (
+    ("Draw", "Left drag, pen tip"),
+    ("Turn", "Middle or right drag, pen button, Space + drag, arrow keys"),
+    ("Move", "Shift + middle drag, Shift + pen button"),
+    ("Zoom", "Wheel, Ctrl + middle drag, Ctrl + pen button"),
+    ("Add to the region", "Shift while circling"),
+    ("Take from the region", "Ctrl while circling, eraser end of the pen"),
+    ("Level of detail", "Alt + wheel"),
+    ("See the original", "Hold B"),
+)
+
+
+class Keys(QDialog):
+    """The sheet of keys."""
+
+    def __init__(self, actions: Actions, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._actions = actions
+        self.setWindowTitle("Keys")
+        self.resize(560, 640)
+        self.find = QLineEdit(self)
+        self.find.setPlaceholderText("Find")
+        self.find.setAccessibleName("Find a key")
+        self.find.textChanged.connect(self.fill)
+        self.tree = QTreeWidget(self)
+        self.tree.setHeaderHidden(True)
+        self.tree.setColumnCount(2)
+        self.tree.setAccessibleName("Keys")
+        self.tree.header().setStretchLastSection(False)
+        self.tree.header().setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
+        self.tree.header().setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
+        self.tree.currentItemChanged.connect(lambda *_: self._chosen())
+        self.edit = QKeySequenceEdit(self)
+        self.edit.setMaximumSequenceLength(1)
+        self.edit.setAccessibleName("New keys")
+        self.edit.editingFinished.connect(self._typed)
+        self.reset = QPushButton("As delivered", self)
+        self.reset.clicked.connect(self._reset)
+        self.words = QLabel("Choose a command, then press its new keys", self)
+        self.words.setWordWrap(True)
+        row = QHBoxLayout()
+        row.setSpacing(8)
+        row.addWidget(self.edit, 1)
+        row.addWidget(self.reset)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(16, 16, 16, 16)
+        column.setSpacing(8)
+        column.addWidget(self.find)
+        column.addWidget(self.tree, 1)
+        column.addWidget(self.words)
+        column.addLayout(row)
+        self.fill()
+
+    def fill(self) -> None:
+        """List what matches the text typed."""
+        wanted = self.find.text().lower().strip()
+        self.tree.clear()
+        groups: dict[str, QTreeWidgetItem] = {}
+
+        def add(group: str, title: str, keys: str, name: str = "") -> None:
+            if wanted and wanted not in f"{group} {title} {keys}".lower():
+                return
+            if group not in groups:
+                groups[group] = QTreeWidgetItem(self.tree, [group])
+                groups[group].setFirstColumnSpanned(True)
+            item = QTreeWidgetItem(groups[group], [title, keys])
+            item.setData(0, NAME, name)
+
+        for title, keys in HANDS:
+            add("Hands", title, keys)
+        for name, action in self._actions.table.items():
+            keys = ", ".join(QKeySequence(k).toString(NATIVE) for k in self._actions.keys(name))
+            add(action.menu or "Other", action.title.rstrip("…"), keys, name)
+        self.tree.expandAll()
+        self._chosen()
+
+    def choose(self, name: str) -> None:
+        """Go to the row of an action."""
+        for i in range(self.tree.topLevelItemCount()):
+            group = self.tree.topLevelItem(i)
+            for k in range(group.childCount()):
+                if group.child(k).data(0, NAME) == name:
+                    self.tree.setCurrentItem(group.child(k))
+
+    def _name(self) -> str:
+        item = self.tree.currentItem()
+        return "" if item is None else str(item.data(0, NAME) or "")
+
+    def _chosen(self) -> None:
+        name = self._name()
+        self.edit.setEnabled(bool(name))
+        self.reset.setEnabled(bool(name))
+        keys = self._actions.keys(name) if name else ()
+        self.edit.setKeySequence(QKeySequence(keys[0] if keys else ""))
+
+    def _typed(self) -> None:
+        name, text = self._name(), self.edit.keySequence().toString()
+        if not name or (text,) == self._actions.keys(name)[:1]:
+            return
+        owner = self._actions.owner_of(text) if text else None
+        if owner is not None and owner != name:
+            title = self._actions.table[owner].title.rstrip("…")
+            self.words.setText(f"{text} already does “{title}”. Press other keys.")
+            self.edit.setKeySequence(QKeySequence(""))
+            return
+        self._actions.remap(name, (text,) if text else ())
+        self._said(name)
+
+    def _reset(self) -> None:
+        name = self._name()
+        if name:
+            self._actions.remap(name, None)
+            self._said(name)
+
+    def _said(self, name: str) -> None:
+        title = self._actions.table[name].title.rstrip("…")
+        keys = ", ".join(QKeySequence(k).toString(NATIVE) for k in self._actions.keys(name))
+        self.fill()
+        self.choose(name)
+        self.words.setText(f"“{title}” is now on {keys or 'no key'}")
