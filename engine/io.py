@@ -12,7 +12,7 @@ from engine.files.limits import MEMORY as MEMORY_LIMIT
 from engine.files.limits import memory_needed
 from engine.files.place import beside, put_in_place, sweep_strays
 from engine.files.process import WorkerLostError, WorkerSlowError, worker
-from engine.files.report import CLEANING, PRECISION, Change, ExportReport, ImportReport
+from engine.files.report import CLEANING, PRECISION, Change, ExportReport, ImportReport, shown
 from engine.mesh import Mesh
 from engine.run import Run
 
@@ -91,18 +91,23 @@ def open_file(path: str | os.PathLike[str], clean: bool = True, run: Run | None 
         return _import(place, size, clean, run)
     except WorkerLostError as lost:
         if not clean or lost.stage != CLEANING:
-            raise _given_up(place.name, size, lost) from None
+            raise _given_up(shown(place.name), size, lost) from None
     try:
         found = _import(place, size, False, run)
     except WorkerLostError as lost:
-        raise _given_up(place.name, size, lost) from None
+        raise _given_up(shown(place.name), size, lost) from None
     words = "Cleanup could not cope with this mesh and was left out: look before you go on."
     report = replace(found.report, warnings=(*found.report.warnings, words))
     return replace(found, report=report)
 
 
 def _import(place: Path, size: int, clean: bool, run: Run | None) -> Imported:
-    job = {"job": "import", "path": str(place.absolute()), "name": place.name, "clean": clean}
+    job = {
+        "job": "import",
+        "path": str(place.absolute()),
+        "name": shown(place.name),
+        "clean": clean,
+    }
     answer, arrays = worker.ask(job, None, limits.seconds_for(size), run)
     as_read = Mesh(arrays["vertices"], arrays["faces"])
     read_report = ImportReport.from_json(answer["read"])
@@ -139,24 +144,31 @@ def save(mesh: Mesh, path: str | os.PathLike[str], run: Run | None = None) -> Ex
         It could not be saved; the message names the file, says why and what to do.
     """
     target = Path(path)
-    suffix = target.suffix.lower()
+    name, suffix = shown(target.name), target.suffix.lower()
     if suffix not in EXPORT_SUFFIXES:
         raise FileError(
-            f"“{target.name}” names no format that can be written. "
+            f"“{name}” names no format that can be written. "
             f"Choose a name that ends in {', '.join(EXPORT_SUFFIXES)}."
         )
     with beside(target, suffix) as part:
-        job = {"job": "export", "path": str(part.absolute()), "suffix": suffix, "name": target.name}
+        job = {
+            "job": "export",
+            "path": str(part.absolute()),
+            "suffix": suffix,
+            "name": name,
+        }
         arrays = {"vertices": mesh.vertices, "faces": mesh.faces}
         try:
             answer, _ = worker.ask(job, arrays, limits.seconds_for(200 * len(mesh.faces)), run)
         except WorkerLostError:
             raise FileError(
-                f"“{target.name}” was not saved: the writer stopped. What was there before is "
-                "unchanged; see whether the disk is full, or choose another format."
+                f"“{name}” was not saved: the writer stopped. What was there before is unchanged; "
+                "see whether the disk is full, or choose another format."
             ) from None
         put_in_place(part, target)
-    return ExportReport(target.name, mesh.n, len(mesh.faces), answer["size"], PRECISION[suffix])
+    return ExportReport(
+        shown(target.name), mesh.n, len(mesh.faces), answer["size"], PRECISION[suffix]
+    )
 
 
 def estimate(path: str | os.PathLike[str]) -> int:
@@ -182,8 +194,8 @@ def _refuse_too_large(place: Path, size: int) -> None:
     needed = memory_needed(place, size)
     if needed > MEMORY_LIMIT:
         raise FileError(
-            f"“{place.name}” would take about {needed / 2**30:.0f} GiB of memory to open, and "
-            f"{MEMORY_LIMIT / 2**30:.0f} GiB is the most that is used. "
+            f"“{shown(place.name)}” would take about {needed / 2**30:.0f} GiB of memory to open, "
+            f"and {MEMORY_LIMIT / 2**30:.0f} GiB is the most that is used. "
             "Save it with fewer faces, or as binary PLY."
         )
 
@@ -193,16 +205,20 @@ def _readable_size(place: Path) -> int:
         found = place.stat()
     except FileNotFoundError:
         raise FileError(
-            f"“{place.name}” is not there. Look whether it was moved or renamed."
+            f"“{shown(place.name)}” is not there. Look whether it was moved or renamed."
         ) from None
     except (OSError, ValueError) as error:
         raise FileError(
-            f"“{place.name}” cannot be reached ({error}). Try another place."
+            f"“{shown(place.name)}” cannot be reached ({error}). Try another place."
         ) from error
     if place.is_dir():
-        raise FileError(f"“{place.name}” is a folder. Choose a file in it.")
+        raise FileError(f"“{shown(place.name)}” is a folder. Choose a file in it.")
     if not place.is_file():
-        raise FileError(f"“{place.name}” is not an ordinary file. Copy its content into one.")
+        raise FileError(
+            f"“{shown(place.name)}” is not an ordinary file. Copy its content into one."
+        )
     if found.st_size == 0:
-        raise FileError(f"“{place.name}” is empty. Export the model again or get another copy.")
+        raise FileError(
+            f"“{shown(place.name)}” is empty. Export the model again or get another copy."
+        )
     return found.st_size

@@ -35,13 +35,15 @@ def export_mesh(job: dict[str, Any], arrays: Arrays, tick: Tick) -> tuple[dict[s
         # Native code gets a plain name in the current folder: it cannot open every path.
         os.chdir(path.parent)
         tick(0.1, "Writing")
-        write_as(suffix, path.name, v, f)
+        write_as(suffix, path.name, v, f, name)
         # Reading back would find what is still in memory; the disk must have taken it first.
         with Path(path.name).open("rb+") as written:
             os.fsync(written.fileno())
         tick(0.6, "Reading back")
         if not _reads_back(Path(path.name), suffix, v, f):
-            raise FileError(_not_the_same(name))
+            raise FileError(
+                _not_written(name, "what was written did not read back as the same mesh")
+            )
         return {"size": Path(path.name).stat().st_size}, {}
     except OSError as error:
         raise FileError(sentence(name, error)) from error
@@ -50,8 +52,8 @@ def export_mesh(job: dict[str, Any], arrays: Arrays, tick: Tick) -> tuple[dict[s
         os.chdir(tempfile.gettempdir())
 
 
-def write_as(suffix: str, name: str, v: F64, f: I64) -> None:
-    """Write the file `name` in the format of `suffix`."""
+def write_as(suffix: str, name: str, v: F64, f: I64, told: str) -> None:
+    """Write the file `name` in the format of `suffix`; a refusal calls it `told`."""
     if suffix == ".obj":
         _write_text(name, "", "v %.17g %.17g %.17g\n", v, "f %d %d %d\n", f + 1)
     elif suffix == ".off":
@@ -61,9 +63,9 @@ def write_as(suffix: str, name: str, v: F64, f: I64) -> None:
     elif suffix == ".3mf":
         write_3mf(name, v, f)
     elif suffix == ".glb":
-        _write_glb(name, v, f)
+        _write_glb(name, v, f, told)
     else:
-        _write_native(suffix, name, v, f)
+        _write_native(suffix, name, v, f, told)
 
 
 def _write_text(name: str, head: str, vertex: str, v: F64, face: str, f: I64) -> None:
@@ -77,12 +79,12 @@ def _write_text(name: str, head: str, vertex: str, v: F64, face: str, f: I64) ->
             out.writelines(formatted(line, rows))
 
 
-def _write_glb(name: str, v: F64, f: I64) -> None:
+def _write_glb(name: str, v: F64, f: I64, told: str) -> None:
     try:
         import trimesh
     except ImportError:
         raise FileError(
-            f"“{name}” was not saved: writing glTF needs the package trimesh. "
+            f"“{told}” was not saved: writing glTF needs the package trimesh. "
             "Install it, or choose another format."
         ) from None
     mesh = trimesh.Trimesh(v, f, process=False)
@@ -90,7 +92,7 @@ def _write_glb(name: str, v: F64, f: I64) -> None:
     Path(name).write_bytes(content)
 
 
-def _write_native(suffix: str, name: str, v: F64, f: I64) -> None:
+def _write_native(suffix: str, name: str, v: F64, f: I64, told: str) -> None:
     import pymeshlab
 
     meshes = pymeshlab.MeshSet(verbose=False)
@@ -104,13 +106,13 @@ def _write_native(suffix: str, name: str, v: F64, f: I64) -> None:
     try:
         meshes.save_current_mesh(name, **options)
     except pymeshlab.PyMeshLabException as error:
-        raise OSError(f"the writer gave up, {str(error).strip().splitlines()[-1]}") from error
+        raise FileError(_not_written(told, "the writer gave up")) from error
 
 
 def _reads_back(path: Path, suffix: str, v: F64, f: I64) -> bool:
     """Return whether the written file holds the same mesh: counts, positions and bounding box."""
     try:
-        soup = read_soup(path, path.read_bytes())
+        soup = read_soup(path, path.read_bytes(), path.name)
         got_v, got_f, notes = settle(soup, path.name)
     except EngineError:
         return False
@@ -122,10 +124,9 @@ def _reads_back(path: Path, suffix: str, v: F64, f: I64) -> bool:
     return bool(off <= PRECISION[suffix] * np.abs(v).max())
 
 
-def _not_the_same(name: str) -> str:
+def _not_written(name: str, fact: str) -> str:
+    """Return what to tell when the file is not right: mostly the disk is full, untold."""
+    remedy = "Try another format or another disk"
     if shutil.disk_usage(".").free < _LITTLE_ROOM:
         fact, remedy = "the disk is full", "Make room or choose another disk"
-    else:
-        fact = "what was written did not read back as the same mesh"
-        remedy = "Try another format or another disk"
     return f"“{name}” was not saved: {fact}. {remedy}; what was there before is unchanged."

@@ -25,20 +25,20 @@ Tick = Callable[[float, str], None]
 
 def import_file(job: dict[str, Any], _: Arrays, tick: Tick) -> tuple[dict[str, Any], Arrays]:
     """Read `job["path"]`; answer with the mesh as read and, where that differs, as cleaned."""
-    path = Path(job["path"])
+    path, name = Path(job["path"]), job["name"]
     tick(0.05, "Reading")
-    soup = read_soup(path, path.read_bytes())
+    soup = read_soup(path, path.read_bytes(), name)
     tick(0.4, "Checking")
-    v, f, reading = settle(soup, path.name)
+    v, f, reading = settle(soup, name)
     if flat_faces(v, f).all():
         raise FileError(
-            f"“{path.name}” has no face with an area, so there is no surface to open. "
+            f"“{name}” has no face with an area, so there is no surface to open. "
             "Export the model again as a triangle mesh."
         )
     arrays = {"vertices": v, "faces": f}
     warnings = _warnings(soup, reading)
     report = ImportReport(
-        path.name, soup.format, soup.declared_vertices, soup.declared_faces, len(v), len(f),
+        name, soup.format, soup.declared_vertices, soup.declared_faces, len(v), len(f),
         tuple(reading), (), warnings,
     )  # fmt: skip
     answer: dict[str, Any] = {"read": report.to_json(), "cleaned": None}
@@ -46,7 +46,7 @@ def import_file(job: dict[str, Any], _: Arrays, tick: Tick) -> tuple[dict[str, A
         tick(0.5, CLEANING)
         made = clean_up(v, f, lambda done: tick(0.5 + 0.4 * done, CLEANING))
         cleaned = ImportReport(
-            path.name, soup.format, soup.declared_vertices, soup.declared_faces,
+            name, soup.format, soup.declared_vertices, soup.declared_faces,
             len(made.vertices), len(made.faces),
             tuple(reading), made.repairs, (*warnings, *made.warnings),
         )  # fmt: skip
@@ -72,9 +72,8 @@ def _warnings(soup: Soup, reading: list[Change]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def read_soup(path: Path, data: bytes) -> Soup:
+def read_soup(path: Path, data: bytes, name: str) -> Soup:
     """Return what the file holds, by the scanner of its format; the content decides which."""
-    name = path.name
     kind = sniff(data, name)
     if kind == "OBJ":
         return scan_obj(data, name)
@@ -88,5 +87,5 @@ def read_soup(path: Path, data: bytes) -> Soup:
         try:
             return scan_ply(data, name)
         except StripsError:
-            return read_native(path, data, kind)
-    return read_native(path, data, kind)
+            return read_native(path, data, kind, name)
+    return read_native(path, data, kind, name)

@@ -19,7 +19,7 @@ from engine.files.soup import Soup
 _SUFFIX = {"glTF": ".gltf", "DAE": ".dae", "3DS": ".3ds", "X3D": ".x3d", "PLY": ".ply"}
 
 
-def read_native(path: Path, data: bytes, kind: str) -> Soup:
+def read_native(path: Path, data: bytes, kind: str, name: str) -> Soup:
     """Return what pymeshlab reads of the file, after checks that keep the worst from it.
 
     Raises
@@ -27,7 +27,6 @@ def read_native(path: Path, data: bytes, kind: str) -> Soup:
     FileError
         A check failed, or pymeshlab cannot read it or finds no surface in it.
     """
-    name = path.name
     companions: list[str] = []
     faces = 0
     suffix = _SUFFIX[kind]
@@ -38,7 +37,7 @@ def read_native(path: Path, data: bytes, kind: str) -> Soup:
         faces = _triangles_announced(data, name)
     elif kind == "3DS":
         faces = _check_chunks(data, name)
-    v, f = _loaded(path, data, suffix, companions)
+    v, f = _loaded(path, data, suffix, companions, name)
     if len(f) == 0 and faces:
         raise FileError(
             f"“{name}” announces {counted(faces, 'face')}, and none of them can be read: its "
@@ -55,7 +54,9 @@ def read_native(path: Path, data: bytes, kind: str) -> Soup:
     return Soup(kind, v, f.ravel(), np.full(len(f), 3), len(v), max(faces, len(f)), notes)
 
 
-def _loaded(path: Path, data: bytes, suffix: str, companions: list[str]) -> tuple[F64, I64]:
+def _loaded(
+    path: Path, data: bytes, suffix: str, companions: list[str], name: str
+) -> tuple[F64, I64]:
     """Let pymeshlab read a copy under a plain name, in a folder that holds nothing else.
 
     The copy keeps names that native code cannot open from it, and references out of the folder.
@@ -68,7 +69,7 @@ def _loaded(path: Path, data: bytes, suffix: str, companions: list[str]) -> tupl
             os.chdir(folder)
             Path("model" + suffix).write_bytes(data)
             for companion in companions:
-                _bring(path, companion)
+                _bring(path, companion, name)
             meshes = pymeshlab.MeshSet(verbose=False)
             meshes.load_new_mesh("model" + suffix)
             if len(meshes) > 1:
@@ -79,7 +80,7 @@ def _loaded(path: Path, data: bytes, suffix: str, companions: list[str]) -> tupl
             return np.array(mesh.vertex_matrix()), mesh.face_matrix().astype(np.int64)
         except pymeshlab.PyMeshLabException as error:
             raise FileError(
-                f"“{path.name}” cannot be read ({_first_line(error)}). "
+                f"“{name}” cannot be read ({_first_line(error)}). "
                 "Save it as OBJ, PLY or STL in the program that made it."
             ) from None
         finally:
@@ -88,16 +89,16 @@ def _loaded(path: Path, data: bytes, suffix: str, companions: list[str]) -> tupl
 
 def _first_line(error: Exception) -> str:
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    return lines[-1].rstrip(".") if lines else "no reason given"
+    return lines[-1].removeprefix("Error details:").strip(" .") if lines else "no reason given"
 
 
-def _bring(path: Path, companion: str) -> None:
+def _bring(path: Path, companion: str, name: str) -> None:
     """Copy a file that a glTF refers to, from the glTF's own folder only."""
     folder = path.parent.resolve()
     source = (folder / companion).resolve()
     if folder not in source.parents or not source.is_file():
         raise FileError(
-            f"“{path.name}” needs the file “{companion}” beside it, which is not there. "
+            f"“{name}” needs the file “{companion}” beside it, which is not there. "
             "Copy both into one folder, or save it as GLB."
         )
     Path(companion).parent.mkdir(parents=True, exist_ok=True)

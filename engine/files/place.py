@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from engine.errors import FileError
+from engine.files.report import shown
 
 _HOST = hashlib.sha256(platform.node().encode()).hexdigest()[:8]
 _PART = re.compile(r"\.eigenform-part-([0-9a-f]{8})-(\d+)-[0-9a-f]{8}(\.\w+)?")
@@ -23,21 +24,23 @@ _DAY = 86400.0
 @contextlib.contextmanager
 def beside(target: Path, suffix: str) -> Iterator[Path]:
     """Give a new temporary name in the target's folder; nothing is left there afterwards."""
-    folder = real_target(target).parent
-    part = folder / f".eigenform-part-{_HOST}-{os.getpid()}-{secrets.token_hex(4)}{suffix}"
+    part: Path | None = None
     try:
+        folder = real_target(target).parent
+        part = folder / f".eigenform-part-{_HOST}-{os.getpid()}-{secrets.token_hex(4)}{suffix}"
         _refuse_protected(target)
         # Taking the name tells at once whether the folder can be written to.
         part.touch(exist_ok=False)
         yield part
     except OSError as error:
-        raise FileError(sentence(target.name, error)) from error
+        raise FileError(sentence(shown(target.name), error)) from error
     except ValueError as error:
         # A name with a zero byte, or one that the system's encoding does not know.
         raise FileError(f"The name cannot be used ({error}). Choose another name.") from error
     finally:
-        with contextlib.suppress(OSError, ValueError):
-            part.unlink()
+        if part is not None:
+            with contextlib.suppress(OSError):
+                part.unlink()
 
 
 def sweep_strays(folder: str | os.PathLike[str]) -> list[Path]:
@@ -76,7 +79,7 @@ def _refuse_protected(target: Path) -> None:
     """Renaming would replace a write-protected file without asking; nobody expects that."""
     if target.exists() and not target.is_dir() and not os.access(target, os.W_OK):
         raise FileError(
-            f"“{target.name}” was not saved: the file is write-protected. "
+            f"“{shown(target.name)}” was not saved: the file is write-protected. "
             "Choose another name, or allow writing to it."
         )
 

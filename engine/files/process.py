@@ -21,6 +21,7 @@ from engine.run import Run
 
 _ERRORS: dict[str, type[EngineError]] = {"FileError": FileError, "MeshError": MeshError}
 _POLL = 0.05
+_UNBEGUN = "Starting"
 
 _Answers = queue.Queue[tuple[dict[str, Any], Arrays] | None]
 
@@ -85,19 +86,37 @@ class FileWorker:
         while not self._one_job.acquire(timeout=_POLL):
             _tick(run, 0.0, "Waiting for another file")
         try:
-            return self._ask(job, arrays, seconds, run)
-        except BaseException as error:
-            # Whatever it was doing is not wanted any more; a refusal leaves it ready.
-            if not isinstance(error, FileError | MeshError):
-                self.stop()
-            raise
+            return self._answer(job, arrays, seconds, run)
         finally:
             self._one_job.release()
+
+    def _answer(
+        self, job: dict[str, Any], arrays: Arrays | None, seconds: float, run: Run | None
+    ) -> tuple[dict[str, Any], Arrays]:
+        """Do the job, on a fresh process when the warm one ended before it began."""
+        try:
+            return self._ask(job, arrays, seconds, run)
+        except (FileError, MeshError):
+            # A refusal leaves the process ready for the next job.
+            raise
+        except WorkerDiedError as lost:
+            self._replace()
+            if lost.stage != _UNBEGUN:
+                raise
+        except BaseException:
+            # Whatever it was doing is not wanted any more.
+            self._replace()
+            raise
+        return self._ask(job, arrays, seconds, run)
+
+    def _replace(self) -> None:
+        self.stop()
+        self._ensure()
 
     def _ask(
         self, job: dict[str, Any], arrays: Arrays | None, seconds: float, run: Run | None
     ) -> tuple[dict[str, Any], Arrays]:
-        _tick(run, 0.0, "Starting")
+        _tick(run, 0.0, _UNBEGUN)
         process = self._ensure()
         assert process.stdin is not None
         answers: _Answers = queue.Queue()
@@ -105,7 +124,7 @@ class FileWorker:
             target=_listen, args=(process.stdout, answers), name="file-worker", daemon=True
         )
         listener.start()
-        fraction, text = 0.0, "Starting"
+        fraction, text = 0.0, _UNBEGUN
         try:
             send(process.stdin, {**job, "seconds": seconds}, arrays)  # type: ignore[arg-type]
         except OSError as error:
@@ -122,10 +141,13 @@ class FileWorker:
             if answer is None:
                 raise WorkerDiedError(text)
             message, found = answer
+            if "ends" in message:
+                self._replace()
             if "error" in message:
                 raise _ERRORS.get(message["kind"], FileError)(message["error"])
             if "begun" in message:
                 clock = _Clock(process.pid, seconds)
+                text = "Begun"
             elif "fraction" in message:
                 fraction, text = message["fraction"], message["text"]
                 _tick(run, fraction, text)
@@ -208,9 +230,9 @@ def _environment() -> dict[str, str]:
     rest = os.environ.get("PYTHONPATH", "")
     return {
         **os.environ,
-        # Under a comma locale the native readers cut 0.348 to 0 without a word.
-        "LC_ALL": "C",
-        "LC_NUMERIC": "C",
+        # Under a comma locale the native readers cut 0.348 to 0 without a word. Not plain "C": in
+        # that they could not write into a folder whose name is not ASCII.
+        "LC_ALL": "C.UTF-8",
         "PYTHONUTF8": "1",
         "PYTHONPATH": os.pathsep.join([home, rest] if rest else [home]),
         "OPENBLAS_NUM_THREADS": "1",

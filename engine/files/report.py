@@ -124,6 +124,11 @@ class ExportReport:
         return lines
 
 
+def shown(name: str) -> str:
+    """Return a file name that can be printed, with “?” for what no encoding can say."""
+    return name.encode("utf-8", "replace").decode()
+
+
 def counted(count: int, noun: str) -> str:
     """Return "1 vertex", "2 vertices", "1,200 faces": a number with its noun."""
     plural = {"vertex": "vertices", "index": "indices"}.get(noun, noun + "s")

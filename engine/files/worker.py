@@ -46,7 +46,7 @@ def _serve(job: dict[str, Any], arrays: Arrays, outgoing: BinaryIO) -> None:
         send(outgoing, {"error": str(error), "kind": type(error).__name__})
         return
     except MemoryError:
-        send(outgoing, {"error": _too_large(job["name"]), "kind": "FileError"})
+        send(outgoing, {"error": _too_large(job["name"]), "kind": "FileError", "ends": True})
         # What native code had allocated is gone for good after this: start afresh.
         os._exit(0)
     except Exception as error:  # noqa: BLE001
@@ -90,7 +90,8 @@ def _import_native_code() -> None:
 
     import pymeshlab  # noqa: F401
 
-    locale.setlocale(locale.LC_ALL, "C")
+    # Where the system has no C.UTF-8 all stays "C"; in no case a comma.
+    locale.setlocale(locale.LC_NUMERIC, "C")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Damage files in many ways, with fixed seeds, and see that each opens right or is refused in words.
+"""Damage files in many ways, with fixed seeds: each must open right or be refused in words.
 
     python -m tests.soak.mutations --count 10000 --seed 1
 
@@ -142,8 +142,9 @@ def mutate(data: bytes, how: str, rng: random.Random) -> bytes:
         del damaged[rng.randrange(1, len(damaged)) :]
     elif how == "count":
         numbers = list(re.finditer(rb"-?\d+(\.\d+)?", bytes(damaged)))
-        chosen = rng.choice(numbers[: 12 if rng.random() < 0.5 else None])
-        damaged[chosen.start() : chosen.end()] = str(rng.choice(HUGE)).encode()
+        if numbers:
+            chosen = rng.choice(numbers[: 12 if rng.random() < 0.5 else None])
+            damaged[chosen.start() : chosen.end()] = str(rng.choice(HUGE)).encode()
     elif how == "splice":
         length = rng.randrange(1, 200)
         start = rng.randrange(len(damaged))

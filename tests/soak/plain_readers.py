@@ -1,8 +1,8 @@
 """Tiny readers that share nothing with the engine: a second opinion on what a file holds.
 
-Each returns the vertices, (n, 3), and the polygons as tuples of vertex indices, leaving out polygons
-that are too short, whose indices are out of range, or that touch a vertex that is not finite. They go
-line by line and number by number, as plainly as the formats can be read.
+Each returns the vertices, (n, 3), and the polygons as tuples of vertex indices, leaving out
+polygons that are too short, whose indices are out of range, or that touch a vertex that is not
+finite. They go line by line and number by number, as plainly as the formats can be read.
 """
 
 from __future__ import annotations

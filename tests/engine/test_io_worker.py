@@ -1,0 +1,181 @@
+"""The file worker: whatever happens in it costs one sentence, and the next file opens."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+
+from engine import FileError, open_file, save
+from engine.files import limits
+from engine.files.process import worker
+from engine.io import start_worker
+from tests.engine.test_io_open import tetrahedron, write
+from tests.engine.test_io_shared import assert_says_it
+from tests.soak.export_kills import sheet
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_the_worker_is_held_to_its_memory(tmp_path: Path) -> None:
+    save(sheet(0, 300), tmp_path / "large.obj")
+    path = write(tmp_path, "a.obj", tetrahedron())
+    open_file(path)
+    assert worker.pid is not None
+    process = psutil.Process(worker.pid)
+    assert process.rlimit(psutil.RLIMIT_AS)[0] == limits.MEMORY
+    tight = process.memory_info().vms + (8 << 20)
+    process.rlimit(psutil.RLIMIT_AS, (tight, tight))
+    with pytest.raises(FileError, match="GiB of memory") as refusal:
+        open_file(tmp_path / "large.obj")
+    assert_says_it("large.obj", str(refusal.value))
+    assert open_file(tmp_path / "large.obj").mesh.n == 90_000
+
+
+def test_the_worker_is_held_to_its_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    save(sheet(0, 200), tmp_path / "a.obj")
+    with monkeypatch.context() as patch:
+        patch.setattr(limits, "seconds_for", lambda size: 0.02)
+        with pytest.raises(FileError, match="took longer than") as refusal:
+            open_file(tmp_path / "a.obj")
+    assert_says_it("a.obj", str(refusal.value))
+    assert open_file(tmp_path / "a.obj").mesh.n == 40_000
+    assert limits.seconds_for(1) == 20.0
+    assert limits.seconds_for(1_000_000_000) == 100.0
+
+
+def test_a_crash_of_native_code_costs_a_sentence(shared_meshes: Path, tmp_path: Path) -> None:
+    open_file(write(tmp_path, "a.obj", tetrahedron()))
+    before = worker.pid
+    path = shared_meshes / "nasty" / "fuzz" / "a_dae__del__0027.dae"
+    with pytest.raises(FileError, match="its content stopped the reader") as refusal:
+        open_file(path)
+    assert_says_it(path.name, str(refusal.value))
+    assert open_file(tmp_path / "a.obj").mesh.n == 4
+    assert worker.pid != before
+
+
+def test_a_worker_killed_between_files_is_replaced(tmp_path: Path) -> None:
+    path = write(tmp_path, "a.obj", tetrahedron())
+    open_file(path)
+    assert worker.pid is not None
+    os.kill(worker.pid, signal.SIGKILL)
+    psutil.wait_procs([psutil.Process(worker.pid)] if worker.pid else [], timeout=5)
+    assert open_file(path).mesh.n == 4
+
+
+def test_two_threads_take_turns(tmp_path: Path) -> None:
+    found: dict[int, int] = {}
+
+    def open_one(i: int) -> None:
+        found[i] = open_file(tmp_path / f"{i}.obj").mesh.n
+
+    for i in range(6):
+        save(sheet(0, 5 + i), tmp_path / f"{i}.obj")
+    threads = [threading.Thread(target=open_one, args=(i,)) for i in range(6)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert found == {i: (5 + i) ** 2 for i in range(6)}
+
+
+def test_a_warm_worker_opens_a_file_at_once(tmp_path: Path) -> None:
+    save(sheet(0, 105), tmp_path / "a.ply")
+    start_worker()
+    open_file(tmp_path / "a.ply")
+    times = []
+    for _ in range(5):
+        start = time.perf_counter()
+        open_file(tmp_path / "a.ply")
+        times.append(time.perf_counter() - start)
+    assert min(times) < 0.4
+
+
+def test_a_script_without_a_main_guard_can_open_files(tmp_path: Path) -> None:
+    write(tmp_path, "a.obj", tetrahedron())
+    script = write(tmp_path, "script.py", "import engine\nprint(engine.load('a.obj').n)\n")
+    done = subprocess.run(
+        [sys.executable, str(script)],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.stdout.strip(), done.stderr.strip()) == ("4", "")
+
+
+def test_the_worker_ends_when_its_program_is_killed(tmp_path: Path) -> None:
+    write(tmp_path, "a.obj", tetrahedron())
+    code = (
+        "import engine, os, signal; from engine.files.process import worker\n"
+        "engine.load('a.obj'); print(worker.pid, flush=True); os.kill(os.getpid(), signal.SIGKILL)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    pid = int(done.stdout)
+    limit = time.monotonic() + 10
+    while psutil.pid_exists(pid) and time.monotonic() < limit:
+        time.sleep(0.02)
+    assert not psutil.pid_exists(pid)
+
+
+COMMA_SCRIPT = textwrap.dedent("""
+    import locale, sys
+    locale.setlocale(locale.LC_ALL, "")
+    assert locale.localeconv()["decimal_point"] == ",", "no comma locale"
+    import numpy as np, engine
+    from engine.io import EXPORT_SUFFIXES
+    mesh = engine.load(sys.argv[1])
+    assert mesh.vertices.max() == 0.348, mesh.vertices.max()
+    for suffix in EXPORT_SUFFIXES:
+        engine.save(mesh, "out" + suffix)
+        assert abs(engine.load("out" + suffix).vertices.max() - 0.348) < 1e-7, suffix
+    print("right")
+""")
+
+
+def test_a_comma_desktop_destroys_no_number(tmp_path: Path) -> None:
+    """Runs a program that really calls setlocale under de_DE.UTF-8, as Qt does at its start."""
+    places = tmp_path / "locales"
+    places.mkdir()
+    tool = shutil.which("localedef")
+    made = tool and subprocess.run(
+        [tool, "-i", "de_DE", "-f", "UTF-8", str(places / "de_DE.UTF-8")],
+        capture_output=True,
+        check=False,
+    )
+    if not made or not (places / "de_DE.UTF-8").is_dir():
+        pytest.skip("the locale de_DE.UTF-8 cannot be made here")
+    write(tmp_path, "a.obj", tetrahedron(0.348))
+    done = subprocess.run(
+        [sys.executable, "-c", COMMA_SCRIPT, "a.obj"],
+        cwd=tmp_path,
+        env={
+            **os.environ,
+            "PYTHONPATH": str(ROOT),
+            "LOCPATH": str(places),
+            "LC_ALL": "de_DE.UTF-8",
+            "LANG": "de_DE.UTF-8",
+        },
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.stdout.strip() == "right", done.stderr
