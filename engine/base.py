@@ -57,6 +57,9 @@ def paper_base(region: Region, factor: Factor) -> F64:
     delta_b[: near - m] = (k[m:near] @ x) / areas[m:near, None]
     delta_b[: near - m][region.rim_open[m:]] = 0.0
     delta = factor.solve(-(k_ib @ delta_b))
+    # A freed border keeps the pull that it has on the original; with none it would shrink away.
+    freed = region.rim_open[:m]
+    delta[freed] = ((k[:m] @ x) / areas[:m, None])[freed]
     return factor.solve(areas[:m, None] * delta - k_ib @ x[m:])
 
 
@@ -64,14 +67,16 @@ def smooth_base(region: Region) -> F64:
     """Return the minimiser of sum_j M_j |delta_j|^2 over roi and rim, two rings held.
 
     Vertices whose ring of faces is open carry no delta and are left out of the sum, so that a
-    border inside or beside the region acts as a hinge and a plane stays a plane.
+    border inside or beside the region acts as a hinge and a plane stays a plane. Those of a freed
+    border keep instead the pull that the surface has on them on the original.
     """
     m = region.m
     near = m + len(region.rim)
-    weight = np.where(region.rim_open, 0.0, 1 / region.laplacian.areas[:near])
-    rows = region.laplacian.stiffness[:near]
+    left_out = region.rim_open & (np.arange(near) >= m)
+    weight = np.where(left_out, 0.0, 1 / region.laplacian.areas[:near])
+    rows = sp.csr_array(region.laplacian.stiffness[:near])
     inner = sp.csr_array(rows[:, :m])
-    scaled = sp.csr_array(sp.diags_array(weight) @ rows)
-    q = sp.csr_array(inner.T @ scaled)
-    outer = q[:, m:] @ region.x[m:]
-    return factorise(sp.csr_array(q[:, :m])).solve(-outer)
+    pull = np.where(region.rim_open[:, None], rows @ region.x, 0.0)
+    turned = sp.csr_array(inner.T @ sp.diags_array(weight))
+    load = turned @ (pull - rows[:, m:] @ region.x[m:])
+    return factorise(sp.csr_array(turned @ inner)).solve(load)

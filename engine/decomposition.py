@@ -154,12 +154,16 @@ def with_modes(parts: Decomposition, wanted: int, run: Run) -> Iterator[Decompos
     for local_values, local_modes in bands(
         parts.region.stiffness_roi, parts.region.areas_roi, wanted, run
     ):
-        new = slice(done, done + len(local_values))
         # Lengths in the region's frame are s times shorter; lambda ~ 1/length^2, phi ~ 1/length.
-        np.divide(local_modes, s, out=modes[:, new])
-        values[new] = local_values / s**2
-        eta[new] = modes[:, new].T @ load
-        done = new.stop
+        whole_band = local_modes / s
+        # From the whole band, even if only a part is wanted: so the bits do not depend on `wanted`.
+        whole_eta = whole_band.T @ load
+        b = min(len(local_values), wanted - done)
+        new = slice(done, done + b)
+        modes[:, new] = whole_band[:, :b]
+        values[new] = local_values[:b] / s**2
+        eta[new] = whole_eta[:b]
+        done += b
         parts = replace(
             parts,
             eigenvalues=_read_only(values[:done]),

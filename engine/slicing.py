@@ -28,6 +28,7 @@ OVERLAP = 3
 # How much a shift may hold more than it was meant to, before one is put nearer.
 SLACK = 1.6
 SAME = 1e-7
+WIDEST_BLOCK = 24
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,13 +208,15 @@ def complete(
     what is found is taken out and the search begun again from other vectors until the count is met.
     """
     gap = shift.count - edge.count
+    # Nothing outside is nearer to the middle than what is missing inside.
     middle = shift_at(s, edge.value + 0.5 * (shift.value - edge.value))
     values, rows = _rayleigh_ritz(s, known, edge.value, shift.value)
-    for attempt in range(1, 200):
-        if len(values) >= gap:
-            break
+    for attempt in range(1, 100):
         missing = gap - len(values)
-        found = pairs_near(middle, missing, missing, 2 * block, run, attempt, rows)
+        if missing <= 0:
+            break
+        wide = min(max(missing, block), WIDEST_BLOCK)
+        found = pairs_near(middle, wide, wide, wide, run, attempt, rows)
         more = np.concatenate([found.vectors_below, found.vectors_above])
         values, rows = _rayleigh_ritz(s, np.concatenate([rows, more]), edge.value, shift.value)
     if len(values) != gap:

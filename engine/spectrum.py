@@ -23,7 +23,7 @@ DENSE_LARGEST = 8000
 def bands(
     stiffness: sp.csr_array, areas: F64, modes: int, run: Run | None = None
 ) -> Iterator[tuple[F64, F64]]:
-    """Yield (eigenvalues (b,), modes (m, b)) in ascending order until `modes` are there.
+    """Yield (eigenvalues (b,), modes (m, b)) in ascending order until `modes` or more are there.
 
     Parameters
     ----------
@@ -50,10 +50,9 @@ def bands(
         )
     done = 0
     for values, rows in sliced(s, float(areas.sum()), run) if few else whole(s, run):
-        b = min(len(values), modes - done)
-        if b > 0:
-            yield values[:b], _as_modes(rows[:b], root)
-        done += b
+        if len(values):
+            yield values, _as_modes(rows, root)
+        done += len(values)
         if done >= modes:
             return
 
@@ -66,6 +65,7 @@ def whole(s: sp.csr_array, run: Run) -> Iterator[tuple[F64, F64]]:
 
 def _as_modes(rows: F64, root: F64) -> F64:
     """Return unit rows of S as M-orthonormal columns with the largest entry positive."""
-    peak = rows[np.arange(len(rows)), np.abs(rows).argmax(axis=1)]
-    scaled = rows * np.where(peak < 0, -1.0, 1.0)[:, None] / root
+    scaled = rows / root
+    peak = scaled[np.arange(len(rows)), np.abs(scaled).argmax(axis=1)]
+    scaled[peak < 0] *= -1
     return np.asarray(scaled.T)
