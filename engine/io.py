@@ -151,12 +151,7 @@ def save(mesh: Mesh, path: str | os.PathLike[str], run: Run | None = None) -> Ex
             f"Choose a name that ends in {', '.join(EXPORT_SUFFIXES)}."
         )
     with beside(target, suffix) as part:
-        job = {
-            "job": "export",
-            "path": str(part.absolute()),
-            "suffix": suffix,
-            "name": name,
-        }
+        job = {"job": "export", "path": str(part.absolute()), "suffix": suffix, "name": name}
         arrays = {"vertices": mesh.vertices, "faces": mesh.faces}
         try:
             answer, _ = worker.ask(job, arrays, limits.seconds_for(200 * len(mesh.faces)), run)
@@ -166,9 +161,7 @@ def save(mesh: Mesh, path: str | os.PathLike[str], run: Run | None = None) -> Ex
                 "see whether the disk is full, or choose another format."
             ) from None
         put_in_place(part, target)
-    return ExportReport(
-        shown(target.name), mesh.n, len(mesh.faces), answer["size"], PRECISION[suffix]
-    )
+    return ExportReport(name, mesh.n, len(mesh.faces), answer["size"], PRECISION[suffix])
 
 
 def estimate(path: str | os.PathLike[str]) -> int:
