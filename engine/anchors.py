@@ -91,13 +91,10 @@ def trace_anchors(
     if closed:
         under = np.append(under, under[0])
     strip, bridged = _strip(mesh, under, allowed)
-    start, end = path[0], path[0] if closed else path[-1]
-    pixels = view.project(mesh.vertices[np.unique(mesh.faces[strip])])
     seen = np.full((mesh.n, 2), np.nan)
-    seen[np.unique(mesh.faces[strip])] = pixels
-    first = _nearest_corner(mesh, strip[0], seen, start)
-    last = first if closed else _nearest_corner(mesh, strip[-1], seen, end)
-    chain = _ladder_path(mesh, strip, first, last, seen, path)
+    corners = np.unique(mesh.faces[strip])
+    seen[corners] = view.project(mesh.vertices[corners])
+    chain = _ladder_path(mesh, strip, seen, path, closed)
     if closed and len(chain) > 1 and chain[0] == chain[-1]:
         chain = chain[:-1]
     chain = _without_loops(chain)
@@ -213,36 +210,54 @@ def _dual_graph(mesh: Mesh, pool: I64) -> sp.csr_array:
     return sp.csr_array(sp.coo_array((length, (a, b)), shape=(n, n)))
 
 
-def _nearest_corner(mesh: Mesh, face: int, seen: F64, point: F64) -> int:
-    corners = mesh.faces[face]
-    return int(corners[np.argmin(np.linalg.norm(seen[corners] - point, axis=1))])
+def _ladder_path(mesh: Mesh, strip: I64, seen: F64, path: F64, closed: bool) -> I64:
+    """Return the cheapest choice of one end of every crossed edge, with an end in both end faces.
 
-
-def _ladder_path(mesh: Mesh, strip: I64, first: int, last: int, seen: F64, path: F64) -> I64:
-    """Return the cheapest choice of one end of every crossed edge from `first` to `last`."""
+    A step along an edge costs its length, more so away from the stroke. Either end is that corner
+    of its face where the distance from the stroke's end and the way on cost least together; the
+    nearest corner alone often makes a hook. A loop ends where it starts.
+    """
     rungs = _crossed_edges(mesh.faces[strip])
-    nodes = np.concatenate([[[first, first]], rungs, [[last, last]]]).ravel()
-    layer = np.arange(len(nodes) // 2 - 1)
-    tail = (2 * layer[:, None] + np.array([0, 0, 1, 1])).ravel()
-    head = (2 * layer[:, None] + np.array([2, 3, 2, 3])).ravel()
+    first, last = mesh.faces[strip[0]], mesh.faces[strip[-1]]
+    if closed:
+        at_start = seen[first] - path[0]
+        first = last = first[[int(np.argmin(np.linalg.norm(at_start, axis=1)))]]
+    # Layers of nodes: a start, the first face's corners, one rung a layer, the last face's, an end.
+    layers = [first[:1], first, *rungs, last, last[:1]]
+    sizes = np.array([len(layer) for layer in layers])
+    nodes = np.concatenate(layers)
+    offset = np.concatenate([[0], np.cumsum(sizes)])
+    tail, head = _layer_links(sizes, offset)
     a, b = nodes[tail], nodes[head]
     length = np.linalg.norm(mesh.vertices[a] - mesh.vertices[b], axis=1)
     away = _distance_to(path, seen[nodes])
-    edge_px = (
-        np.median(np.linalg.norm(seen[rungs[:, 0]] - seen[rungs[:, 1]], axis=1))
-        if len(rungs)
-        else 1.0
-    )
-    off = (away / max(float(edge_px), 1e-9)) ** 2
-    scale = float(length.max(initial=0.0)) or 1.0
-    cost = length / scale * (1.0 + off[tail] + off[head]) + _STAY
+    edge_px = float(np.median(np.linalg.norm(seen[a] - seen[b], axis=1)[a != b])) or 1.0
+    off = (away / edge_px) ** 2
+    typical = float(np.median(length[a != b])) or 1.0
+    cost = length / typical * (1.0 + off[tail] + off[head]) + _STAY
+    for link, corner, point in (
+        (tail == 0, head, path[0]),
+        (head == len(nodes) - 1, tail, path[0] if closed else path[-1]),
+    ):
+        apart = np.linalg.norm(seen[nodes[corner[link]]] - point, axis=1)
+        cost[link] = (apart / edge_px) ** 2 + _STAY
     graph = sp.csr_array(sp.coo_array((cost, (tail, head)), shape=(len(nodes), len(nodes))))
     _, before = dijkstra(graph, indices=0, return_predecessors=True)
-    way = [len(nodes) - 2]
-    while way[-1] > 1:
+    way = [int(before[len(nodes) - 1])]
+    while before[way[-1]] > 0:
         way.append(int(before[way[-1]]))
     chain = nodes[np.array(way[::-1])]
     return np.asarray(chain[np.append(True, chain[1:] != chain[:-1])], dtype=np.int64)
+
+
+def _layer_links(sizes: I64, offset: I64) -> tuple[I64, I64]:
+    """Return all links from each layer of nodes to the next, tails and heads."""
+    pairs = sizes[:-1] * sizes[1:]
+    layer = np.repeat(np.arange(len(pairs)), pairs)
+    own = np.arange(len(layer)) - np.repeat(np.cumsum(pairs) - pairs, pairs)
+    tail = offset[layer] + own // sizes[layer + 1]
+    head = offset[layer + 1] + own % sizes[layer + 1]
+    return tail, head
 
 
 def _crossed_edges(faces: I64) -> I64:

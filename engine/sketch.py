@@ -17,6 +17,8 @@ from engine.view import View
 _END_ON = 0.02
 # The zigzag of a path along mesh edges has shorter waves than this many anchors.
 _ZIGZAG_ANCHORS = 12.0
+# Tremor is smoothed over one step between anchors, but within these limits.
+_TREMOR_PX = (1.0, 8.0)
 
 
 def tidy_stroke(path_px: ArrayLike, spacing: float = 2.0, smoothing: float = 0.0) -> F64:
@@ -142,7 +144,8 @@ def resample_target(
     edge. Putting the vertices themselves on a smooth target presses that zigzag flat and leaves a
     ripple in the surface along the curve, seen at once in a highlight; even a target drawn just
     over the source would leave it. So the smooth curve through the chain is put on the target
-    instead, and each anchor keeps its own offset from that curve, turned with it.
+    instead, and each anchor keeps its own offset from that curve, turned with it. The target
+    loses what is finer than the anchors lie apart.
     """
     x = np.asarray(points, dtype=np.float64)
     if x.ndim != 2 or x.shape[1] != 3 or len(x) == 0:
@@ -152,6 +155,8 @@ def resample_target(
     seen = view.project(curve)
     if len(x) == 1:
         return path[-1:].copy()
+    if carry_zigzag:
+        path = _without_tremor(path, seen, closed)
     if closed:
         hit = _closed_samples(seen, curve, np.vstack([path, path[:1]]))
     else:
@@ -159,6 +164,18 @@ def resample_target(
     if not carry_zigzag:
         return hit
     return hit + _turned_offsets(view.project(x) - seen, seen, hit, closed)
+
+
+def _without_tremor(path: F64, seen: F64, closed: bool) -> F64:
+    """Return the target without what is finer than the anchors: they could not follow it.
+
+    Sampled at the anchors the tremor of a hand would come out as a ripple in the surface.
+    """
+    if closed:
+        path = np.vstack([path, path[:1]])
+    sigma = float(np.clip(np.median(np.linalg.norm(np.diff(seen, axis=0), axis=1)), *_TREMOR_PX))
+    calm = tidy_stroke(path, spacing=1.0, smoothing=sigma)
+    return calm[:-1] if closed else calm
 
 
 def normalised_lengths(seen: F64, curve: F64) -> F64:
