@@ -25,7 +25,7 @@ from engine.spectrum import DENSE_LIMIT, bands
 from engine.threads import two_at_a_time, while_polling
 
 # Cutoffs of the low-passed surfaces beyond the modes: this factor apart in lambda.
-REST_RATIO = 1.7
+REST_RATIO = 1.5
 # The last of them holds at least this share of all modes.
 REST_SHARE = 0.8
 

@@ -256,7 +256,7 @@ def test_filter_and_modes_agree_where_both_work(
         assert wave[0] <= anchor.wave <= wave[-1]
     for level in np.linspace(0, 1, 21):
         a, b = (p.surface(p.mode_count(level)) for p in (wavy, filtered))
-        assert np.linalg.norm(a - b) < 0.06 * missing
+        assert np.linalg.norm(a - b) < 0.1 * missing
     k = filtered.rest[1].count
     back = filtered.reconstruct(filtered.surface(k), filtered.high(k))
     assert np.abs(back - filtered.original).max() < 1e-11
