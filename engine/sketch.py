@@ -17,8 +17,9 @@ from engine.view import View
 _END_ON = 0.02
 # The zigzag of a path along mesh edges has shorter waves than this many anchors.
 _ZIGZAG_ANCHORS = 12.0
-# Tremor is smoothed over one step between anchors, but within these limits.
-_TREMOR_PX = (1.0, 8.0)
+# Tremor is smoothed over one and a half steps between anchors, but within these limits.
+_TREMOR_STEPS = 1.5
+_TREMOR_PX = (1.5, 12.0)
 
 
 def tidy_stroke(path_px: ArrayLike, spacing: float = 2.0, smoothing: float = 0.0) -> F64:
@@ -173,7 +174,8 @@ def _without_tremor(path: F64, seen: F64, closed: bool) -> F64:
     """
     if closed:
         path = np.vstack([path, path[:1]])
-    sigma = float(np.clip(np.median(np.linalg.norm(np.diff(seen, axis=0), axis=1)), *_TREMOR_PX))
+    step = float(np.median(np.linalg.norm(np.diff(seen, axis=0), axis=1)))
+    sigma = float(np.clip(_TREMOR_STEPS * step, *_TREMOR_PX))
     calm = tidy_stroke(path, spacing=1.0, smoothing=sigma)
     return calm[:-1] if closed else calm
 
