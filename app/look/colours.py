@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-REGION = "#8a5fd3"
+REGION = "#7e52cf"
 RIM = "#f2b134"
-SOURCE = "#0fa896"
-TARGET = "#ff6f5b"
-PIN = "#3fa4ff"
+SOURCE = "#0b8f7a"
+TARGET = "#ff6a52"
+PIN = "#6cc0ff"
 WARNING = "#e8821e"
 ERROR = "#d93a4a"
 GUIDE = "#c8ccd2"
@@ -68,7 +68,7 @@ DARK = Theme(
     border="#3d4046",
     text="#e4e5e7",
     faint="#9a9ea5",
-    accent="#8a74d6",
+    accent="#7d66cc",
     accent_text="#ffffff",
     sky="#4a4d52",
     ground="#232528",

@@ -140,6 +140,20 @@ class Overlay(QWidget):
         self.update()
 
     @property
+    def inviting(self) -> bool:
+        """Whether the dashed lasso is shown."""
+        return self._invitation is not None
+
+    @property
+    def legend(self) -> Legend | None:
+        """The scale that is shown."""
+        return self._legend
+
+    def curve(self, name: str) -> SpaceCurve | None:
+        """The curve in space of that name."""
+        return self._curves.get(name)
+
+    @property
     def backdrop(self) -> Backdrop | None:
         """The picture to trace."""
         return self._backdrop
