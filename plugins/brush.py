@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,14 @@ class BrushOptions:
 
     radius: float = field(
         default=24.0,
-        metadata={"label": "Radius", "min": 2.0, "max": 300.0, "step": 2.0, "unit": "px"},
+        metadata={
+            "label": "Radius",
+            "min": 2.0,
+            "max": 300.0,
+            "step": 2.0,
+            "unit": "px",
+            "decimals": 0,
+        },
     )
     pressure: bool = field(
         default=True, metadata={"label": "Pen pressure", "tip": "A lighter pen paints narrower"}
@@ -44,47 +52,45 @@ class Brush(Tool):
             return self.tip
         return "Paint to add, hold Ctrl to take away, then S to draw a source curve"
 
+    def circle(self, options: Any) -> float | None:
+        """The brush is as wide as it is shown."""
+        return float(options.radius)
+
     def gesture(self, context: Context, pointer: Pointer) -> Gesture:
-        """Gather what the brush passes over."""
-        takes = pointer.ctrl or pointer.eraser
-        radius = context.options.radius
-        touched = [self._under(context, pointer)]
-        path = [pointer.xy]
-        while pointer.kind != "release":
-            pointer = yield
-            touched += self._between(context, path[-1], pointer, radius)
-            path.append(pointer.xy)
-            context.draw(np.array(path), "guide" if takes else "region")
-        caught = np.unique(np.concatenate(touched))
+        """Gather what the brush passes over; the region grows under it."""
         document = context.document
-        roi = document.draft.roi
-        if len(caught) == 0:
+        takes = pointer.ctrl or pointer.eraser
+        inside = np.zeros(document.mesh.n, dtype=bool)
+        if document.draft.roi is not None:
+            inside[document.draft.roi] = True
+        before, touched = np.array(pointer.xy), 0
+        while True:
+            now = np.array(pointer.xy)
+            for place in _on_the_way(before, now, 0.5 * context.options.radius):
+                ids = _under(context, place, pointer)
+                inside[ids] = not takes
+                touched += len(ids)
+            context.mark(np.flatnonzero(inside))
+            if pointer.kind == "release":
+                break
+            before = now
+            pointer = yield
+        if touched == 0:
             raise EngineError("The brush touched nothing. Paint on a visible part of the form.")
-        if takes:
-            left = np.setdiff1d(_none() if roi is None else roi, caught)
-            return document.with_draft(document.draft.with_roi(left if len(left) else None))
-        grown = caught if roi is None else np.union1d(roi, caught)
-        return document.with_draft(document.draft.with_roi(grown))
-
-    def _between(
-        self, context: Context, before: tuple[float, float], pointer: Pointer, radius: float
-    ) -> list[I64]:
-        """What lies under the brush on the way to the pointer, half a radius a step."""
-        a, b = np.array(before), np.array(pointer.xy)
-        steps = max(1, int(np.ceil(np.linalg.norm(b - a) / (0.5 * radius))))
-        places = a + (b - a) * (np.arange(1, steps + 1) / steps)[:, None]
-        return [self._at(context, place, pointer) for place in places]
-
-    def _under(self, context: Context, pointer: Pointer) -> I64:
-        return self._at(context, np.array(pointer.xy), pointer)
-
-    def _at(self, context: Context, place: F64, pointer: Pointer) -> I64:
-        options = context.options
-        share = np.sqrt(max(pointer.pressure, 0.05)) if options.pressure and pointer.pen else 1.0
-        t = np.linspace(0.0, 2 * np.pi, 24, endpoint=False)
-        around = options.radius * share * np.column_stack([np.cos(t), np.sin(t)])
-        return context.vertices_inside(place + around, options.through)
+        roi = np.flatnonzero(inside)
+        return document.with_draft(document.draft.with_roi(roi if len(roi) else None))
 
 
-def _none() -> I64:
-    return np.zeros(0, dtype=np.int64)
+def _on_the_way(before: F64, now: F64, step: float) -> F64:
+    """Return places (p, 2) px from `before` to `now`, at most `step` px apart."""
+    count = max(1, int(np.ceil(np.linalg.norm(now - before) / step)))
+    return np.asarray(before + (now - before) * (np.arange(1, count + 1) / count)[:, None])
+
+
+def _under(context: Context, place: F64, pointer: Pointer) -> I64:
+    """Return ids of what lies under the brush at a place."""
+    options = context.options
+    soft = options.pressure and pointer.pen
+    share = float(np.sqrt(max(pointer.pressure, 0.05))) if soft else 1.0
+    x, y = place
+    return context.vertices_near(x, y, share * options.radius, options.through)

@@ -21,10 +21,37 @@ from plugins.api import (
     View,
     anchor_path,
     resample_target,
+    tidy_stroke,
 )
 
 SHORTEST = 12.0  # px: a shorter path is a slip of the hand, not a curve
+CLOSES = 16.0  # px: a curve whose ends come this near, after a long way, is a closed one
 GRAB = 14.0  # px: a press this near to the target takes hold of it
+
+
+STABILISER = {
+    "label": "Stabiliser",
+    "tip": "Takes the tremor of the hand out of a stroke",
+    "min": 0.0,
+    "max": 40.0,
+    "step": 1.0,
+    "unit": "px",
+    "decimals": 0,
+}
+
+
+@dataclass(frozen=True)
+class SourceOptions:
+    """How a source curve is drawn."""
+
+    stabiliser: float = field(default=4.0, metadata=STABILISER)
+    weights: bool = field(
+        default=False,
+        metadata={
+            "label": "Pressure holds",
+            "tip": "Where the pen pressed lightly the form follows the target less firmly",
+        },
+    )
 
 
 class SourceTool(Tool):
@@ -38,6 +65,7 @@ class SourceTool(Tool):
     label = "Source curve"
     order = 30
     repeats = False
+    Options = SourceOptions
 
     def available(self, document: Document) -> bool:
         """A source lies on a region."""
@@ -61,24 +89,31 @@ class SourceTool(Tool):
 
     def gesture(self, context: Context, pointer: Pointer) -> Gesture:
         """Follow the curve and find its anchors."""
-        path = yield from _drawn(context, pointer, "source")
-        if path is None:
+        drawn, pressures = yield from _drawn(context, pointer)
+        if _extent(drawn) < SHORTEST:
             return None
+        closed = _is_closed(drawn)
+        path = tidy_stroke(drawn, 2.0, context.options.stabiliser)
         draft = context.document.draft
         if draft.roi is None:
             raise EngineError("There is no region to draw on. Press L and circle a part first.")
         faces = context.faces_under(path)
         if len(_inside(faces, context.shown.faces, draft.roi)) == 0:
             raise EngineError("The curve is not on the region. Draw it on the coloured part.")
-        anchors = anchor_path(context.shown, faces, path, context.view, draft.roi)
-        source = Source(anchors, context.view)
+        anchors = anchor_path(context.shown, faces, path, context.view, draft.roi, closed)
+        weights = None
+        if context.options.weights and pointer.pen:
+            seen = context.view.project(context.shown.vertices[anchors])
+            weights = _weights(seen, drawn, pressures)
+        source = Source(anchors, context.view, closed, weights)
         return context.document.with_draft(replace(draft, source=source))
 
 
 @dataclass(frozen=True)
 class TargetOptions:
-    """How a target is adjusted."""
+    """How a target is drawn and adjusted."""
 
+    stabiliser: float = field(default=4.0, metadata=STABILISER)
     reach: float = field(
         default=0.3,
         metadata={
@@ -155,7 +190,8 @@ class TargetTool(Tool):
         if _extent(np.array(path)) < SHORTEST:
             return None
         points = context.shown.vertices[source.anchors]
-        target = resample_target(points, np.array(path), view, closed=source.closed)
+        tidy = tidy_stroke(np.array(path), 2.0, context.options.stabiliser)
+        target = resample_target(points, tidy, view, closed=source.closed)
         return _with_strokes(context.document, (*others, _stroke(source, view, target)))
 
     def _adjust(
@@ -177,15 +213,28 @@ class TargetTool(Tool):
         return document
 
 
-def _drawn(context: Context, pointer: Pointer, role: str) -> Generator[None, Pointer, F64 | None]:
-    """Follow a stroke to its end; None when it was too short to be meant."""
-    path = [pointer.xy]
+def _drawn(context: Context, pointer: Pointer) -> Generator[None, Pointer, tuple[F64, F64]]:
+    """Follow a stroke to its end; return its path (p, 2) px and the pressures (p,)."""
+    path, pressures = [pointer.xy], [pointer.pressure]
     while pointer.kind != "release":
         pointer = yield
         path.append(pointer.xy)
-        context.draw(np.array(path), "source" if role == "source" else "target")
-    drawn = np.array(path)
-    return drawn if _extent(drawn) >= SHORTEST else None
+        # A pen that is lifted reports no pressure, but the stroke does not end soft for that.
+        pressures.append(pressures[-1] if pointer.kind == "release" else pointer.pressure)
+        context.draw(np.array(path), "source")
+    return np.array(path), np.array(pressures)
+
+
+def _is_closed(path: F64) -> bool:
+    """Whether a path (p, 2) comes back to its start."""
+    gap = float(np.linalg.norm(path[-1] - path[0]))
+    return gap <= CLOSES and _lengths(path)[-1] > 8 * CLOSES
+
+
+def _weights(seen: F64, path: F64, pressures: F64) -> F64:
+    """Return the pressure at each anchor (c,), in 0.05..1, from the nearest point of the path."""
+    away = np.linalg.norm(seen[:, None, :] - path[None, :, :], axis=2)
+    return np.asarray(np.clip(pressures[away.argmin(axis=1)], 0.05, 1.0))
 
 
 def _extent(path: F64) -> float:

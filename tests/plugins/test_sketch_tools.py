@@ -15,7 +15,7 @@ from plugins.api import Hit, Pointer, Tool
 from plugins.brush import Brush, BrushOptions
 from plugins.lasso import Lasso
 from plugins.pin import Pin
-from plugins.sketch import SourceTool, TargetTool
+from plugins.sketch import SourceOptions, SourceTool, TargetOptions, TargetTool
 
 SIZE = (400.0, 400.0)
 
@@ -47,6 +47,7 @@ class FlatContext:
     options: Any = None
     view: View = field(default_factory=from_above)
     drawn: list[tuple[np.ndarray, str]] = field(default_factory=list)
+    marked: list[np.ndarray] = field(default_factory=list)
     previews: list[Document] = field(default_factory=list)
     sayings: list[str] = field(default_factory=list)
 
@@ -62,6 +63,10 @@ class FlatContext:
     def vertices_inside(self, polygon: np.ndarray, through: bool = False) -> np.ndarray:
         seen = self.view.project(self.shown.vertices)
         return np.flatnonzero(Outline(polygon).contains_points(seen))
+
+    def vertices_near(self, x: float, y: float, radius: float, through: bool = False) -> np.ndarray:
+        seen = self.view.project(self.shown.vertices)
+        return np.flatnonzero(np.linalg.norm(seen - (x, y), axis=1) <= radius)
 
     def faces_under(self, path: np.ndarray) -> np.ndarray:
         seen = self.view.project(self.shown.vertices)
@@ -81,6 +86,9 @@ class FlatContext:
 
     def draw(self, path: np.ndarray, role: str, closed: bool = False) -> None:
         self.drawn.append((path, role))
+
+    def mark(self, ids: np.ndarray) -> None:
+        self.marked.append(ids)
 
     def preview(self, change: Document) -> None:
         self.previews.append(change)
@@ -240,6 +248,48 @@ def test_a_second_source_adds_a_stroke(context: FlatContext) -> None:
     assert two.draft.source is None
 
 
+def test_a_curve_that_comes_back_is_closed(context: FlatContext) -> None:
+    chosen(context)
+    context.document = do(SourceTool(), context, around(0, 0, 20))
+    source = context.document.draft.source
+    assert source.closed
+    context.options = None
+    (stroke,) = do(TargetTool(), context, around(0, 0, 26)).draft.strokes
+    assert stroke.closed
+    away = np.linalg.norm(stroke.target - (200, 200), axis=1)
+    assert away == pytest.approx(52, abs=9)
+
+
+def test_pressure_becomes_the_anchors_weights(context: FlatContext) -> None:
+    chosen(context)
+    tool = SourceTool()
+    context.options = SourceOptions(weights=True)
+    points = line((-15, 0), (15, 0))
+    gesture = tool.gesture(context, Pointer("press", *points[0], pen=True, pressure=0.1))
+    next(gesture)
+    for i, point in enumerate(points[1:]):
+        firm = 0.1 if i < len(points) / 2 else 1.0
+        gesture.send(Pointer("move", *point, pen=True, pressure=firm))
+    with pytest.raises(StopIteration) as end:
+        gesture.send(Pointer("release", *points[-1], pen=True, pressure=0.0))
+    source = end.value.value.draft.source
+    assert source.weights[[0, -1]] == pytest.approx([0.1, 1.0])
+    context.options = SourceOptions(weights=True)
+    assert do(tool, context, points).draft.source.weights is None, "a mouse has no pressure"
+
+
+def test_the_stabiliser_takes_the_tremor_out(context: FlatContext) -> None:
+    sketched(context)
+    straight = line((-15, -20), (15, -20))
+    rough = [(x, y + (2.0 if i % 2 else -2.0)) for i, (x, y) in enumerate(straight)]
+    ripple = []
+    for strength in (0.0, 12.0):
+        context.options = TargetOptions(stabiliser=strength)
+        (stroke,) = do(TargetTool(), context, rough).draft.strokes
+        ripple.append(np.abs(np.diff(stroke.target[1:-1, 1], 2)).max())
+    assert ripple[1] < 0.8 * ripple[0]
+
+
 def test_without_a_source_the_target_says_what_to_do(context: FlatContext) -> None:
     chosen(context)
     with pytest.raises(EngineError, match="Press S"):
@@ -253,6 +303,7 @@ def test_the_brush_paints_and_its_eraser_takes_away(context: FlatContext) -> Non
     brush = Brush()
     assert brush.repeats
     context.options = BrushOptions(radius=20.0)
+    assert brush.circle(context.options) == 20.0
     context.document = do(brush, context, line((-30, 0), (30, 0), n=4))
     x = context.document.mesh.vertices[context.document.draft.roi]
     assert np.abs(x[:, 1]).max() <= 10
@@ -260,6 +311,7 @@ def test_the_brush_paints_and_its_eraser_takes_away(context: FlatContext) -> Non
     assert len(np.unique(x[:, 0])) >= 15, "no gap on the way"
     grown = do(brush, context, line((0, -30), (0, 30)))
     assert set(context.document.draft.roi) < set(grown.draft.roi)
+    assert (context.marked[-1] == grown.draft.roi).all(), "it is seen while it is painted"
     for key in ("ctrl", "eraser"):
         cut = do(brush, context, line((0, 0), (30, 0)), **{key: True}).draft.roi
         assert 0 < len(cut) < len(context.document.draft.roi)
