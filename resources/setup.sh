@@ -105,8 +105,8 @@ install_system_packages() {
 install_python_packages() {
     case "$stage" in
         run) target=. ;;
-        test) target='.[test]' ;;
-        check) target='.[test,dev]' ;;
+        test) target='.[test,batch]' ;;
+        check) target='.[test,batch,dev]' ;;
         *) say "Unknown stage: $stage (run, test or check)"; exit 2 ;;
     esac
     [ -x "$venv/bin/python" ] || "$(find_python)" -m venv "$venv"
