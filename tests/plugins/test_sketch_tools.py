@@ -282,12 +282,13 @@ def test_the_stabiliser_takes_the_tremor_out(context: FlatContext) -> None:
     sketched(context)
     straight = line((-15, -20), (15, -20))
     rough = [(x, y + (2.0 if i % 2 else -2.0)) for i, (x, y) in enumerate(straight)]
-    ripple = []
-    for strength in (0.0, 12.0):
+
+    def target(path: list[tuple[float, float]], strength: float) -> np.ndarray:
         context.options = TargetOptions(stabiliser=strength)
-        (stroke,) = do(TargetTool(), context, rough).draft.strokes
-        ripple.append(np.abs(np.diff(stroke.target[1:-1, 1], 2)).max())
-    assert ripple[1] < 0.8 * ripple[0]
+        return do(TargetTool(), context, path).draft.strokes[0].target
+
+    tremor = [np.abs(target(rough, s) - target(straight, s))[2:-2].max() for s in (0.0, 20.0)]
+    assert tremor[1] < 0.5 * tremor[0]
 
 
 def test_without_a_source_the_target_says_what_to_do(context: FlatContext) -> None:
