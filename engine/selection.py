@@ -6,6 +6,8 @@ None of these changes its argument; all return ascending ids.
 from __future__ import annotations
 
 import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
 from engine.arrays import B1, F64, I64
 from engine.mesh import Topology
@@ -28,8 +30,14 @@ def shrunk(topology: Topology, roi: I64, rings: int = 1) -> I64:
 
 
 def inverted(topology: Topology, roi: I64) -> I64:
-    """Return all other vertices that some face uses."""
-    return np.flatnonzero(~_mask(topology, roi) & topology.used_vertices)
+    """Return all other vertices of the connected parts of the mesh that the region touches.
+
+    Other parts stay out: who circles a knob and inverts means the rest of its housing, not the
+    screws beside it.
+    """
+    parts = topology.components
+    touched = np.isin(parts, np.unique(parts[roi])) & topology.used_vertices
+    return np.flatnonzero(touched & ~_mask(topology, roi))
 
 
 def smoothed_border(topology: Topology, roi: I64, rounds: int = 3) -> I64:
@@ -44,6 +52,16 @@ def smoothed_border(topology: Topology, roi: I64, rounds: int = 3) -> I64:
     for _ in range(rounds):
         weight = (weight + np.asarray(topology.adjacency @ weight) / degree) / 2
     return np.flatnonzero(np.where(weight == 0.5, inside, weight > 0.5))
+
+
+def connected_to(topology: Topology, ids: I64, vertex: int) -> I64:
+    """Return those of `ids` that `vertex`, one of them, reaches along edges between them."""
+    where = np.flatnonzero(ids == vertex)
+    if len(where) == 0:
+        return np.zeros(0, dtype=np.int64)
+    inner = sp.csr_array(topology.adjacency[ids][:, ids])
+    part = connected_components(inner, directed=False)[1]
+    return np.asarray(ids[part == part[where[0]]])
 
 
 def _mask(topology: Topology, roi: I64) -> B1:

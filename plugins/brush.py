@@ -88,9 +88,14 @@ def _on_the_way(before: F64, now: F64, step: float) -> F64:
 
 
 def _under(context: Context, place: F64, pointer: Pointer) -> I64:
-    """Return ids of what lies under the brush at a place."""
+    """Return ids of what lies under the brush at a place: at least the vertex next to its middle.
+
+    On a coarse mesh there may be no vertex inside the circle.
+    """
     options = context.options
     soft = options.pressure and pointer.pen
     share = float(np.sqrt(max(pointer.pressure, 0.05))) if soft else 1.0
     x, y = place
-    return context.vertices_near(x, y, share * options.radius, options.through)
+    near = context.vertices_near(x, y, share * options.radius, options.through)
+    hit = None if len(near) else context.pick(x, y)
+    return near if hit is None else np.array([hit.vertex], dtype=np.int64)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from engine import Mesh
-from engine.selection import grown, inverted, shrunk, smoothed_border
+from engine.selection import connected_to, grown, inverted, shrunk, smoothed_border
 
 N = 21
 
@@ -54,3 +54,24 @@ def test_smoothing_takes_teeth_and_fills_bays(plate: Mesh) -> None:
     assert tooth not in smooth
     assert bay in smooth
     assert len(np.setxor1d(smooth, roi)) < 0.2 * len(roi)
+
+
+def test_inverting_stays_on_the_parts_that_the_region_touches(plate: Mesh) -> None:
+    both = Mesh(
+        np.concatenate([plate.vertices, plate.vertices + np.array([90, 0, 0]), [[0, 0, 9]]]),
+        np.concatenate([plate.faces, plate.faces + plate.n]),
+    )
+    roi = np.array([3, 4, 40])
+    assert set(inverted(both.topology, roi)) == set(range(plate.n)) - set(roi.tolist())
+
+
+def test_an_open_border_is_no_border_of_the_region(plate: Mesh) -> None:
+    half = np.flatnonzero(plate.vertices[:, 0] <= 10)
+    smaller = shrunk(plate.topology, half, 3)
+    assert (smaller == np.flatnonzero(plate.vertices[:, 0] <= 7)).all()
+
+
+def test_only_what_hangs_together_is_taken(plate: Mesh) -> None:
+    two = np.union1d(np.arange(5), np.arange(N * 4, N * 4 + 6))
+    assert (connected_to(plate.topology, two, 2) == np.arange(5)).all()
+    assert len(connected_to(plate.topology, two, N)) == 0

@@ -58,6 +58,8 @@ class FlatContext:
     def pick(self, x: float, y: float) -> Hit | None:
         away = np.linalg.norm(self.view.project(self.shown.vertices) - (x, y), axis=1)
         vertex = int(away.argmin())
+        if away[vertex] > 10.0:
+            return None  # the plate ends here
         return Hit(0, vertex, self.shown.vertices[vertex])
 
     def vertices_inside(self, polygon: np.ndarray, through: bool = False) -> np.ndarray:
