@@ -1,0 +1,98 @@
+"""Takes every picture of the README and the guide: `python -m tests.pictures` (see `make pictures`).
+
+Each scene runs in a process of its own, for scale and theme are chosen before the window is made.
+The pictures that the README shows (scale 1, light) go to resources/pictures, made smaller; all
+others, for people to look at, to pictures-out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from tests.pictures.scenes import SCENES
+
+ROOT = Path(__file__).resolve().parents[2]
+SHOWN = ROOT / "resources" / "pictures"
+LOOKED_AT = ROOT / "pictures-out" / "window"
+SIZE = (1180, 800)
+WIDTH = 1180
+
+
+def main() -> int:
+    """Take the pictures asked for; return 1 if a scene failed."""
+    parser = argparse.ArgumentParser(prog="python -m tests.pictures", description=__doc__)
+    parser.add_argument("scenes", nargs="*", help=f"of {', '.join(SCENES)}; all without")
+    parser.add_argument("--all", action="store_true", help="also dark, and at twice the size")
+    parser.add_argument("--one", nargs=2, metavar=("THEME", "FOLDER"), help=argparse.SUPPRESS)
+    given = parser.parse_args()
+    if given.one:
+        return take(given.scenes[0], given.one[0], Path(given.one[1]))
+    looks = [("light", "1")]
+    if given.all:
+        looks += [("dark", "1"), ("light", "2"), ("dark", "2")]
+    failed = []
+    for scene in given.scenes or list(SCENES):
+        for theme, scale in looks:
+            shown = (theme, scale) == looks[0]
+            folder = SHOWN if shown else LOOKED_AT / f"{theme}-{scale}x"
+            folder.mkdir(parents=True, exist_ok=True)
+            command = [sys.executable, "-m", "tests.pictures", scene]
+            environment = {**os.environ, "QT_SCALE_FACTOR": scale}
+            done = subprocess.run(
+                [*command, "--one", theme, str(folder)], env=environment, cwd=ROOT, check=False
+            )
+            if done.returncode:
+                failed.append(f"{scene} ({theme}, {scale}x)")
+    if failed:
+        print("failed:", ", ".join(failed), file=sys.stderr)
+    return 1 if failed else 0
+
+
+def take(scene: str, theme: str, folder: Path) -> int:
+    """Run one scene in this process."""
+    from PySide6.QtCore import QSettings
+
+    with tempfile.TemporaryDirectory() as place:
+        QSettings.setDefaultFormat(QSettings.Format.IniFormat)
+        QSettings.setPath(QSettings.Format.IniFormat, QSettings.Scope.UserScope, place)
+        for name in ("XDG_STATE_HOME", "XDG_DATA_HOME", "XDG_CONFIG_HOME"):
+            os.environ[name] = place
+        from app.look import Appearance
+        from app.window import Window, application
+        from tests.pictures.studio import Stage
+
+        app = application()
+        window = Window(Appearance(app, theme))
+        window.resize(*SIZE)
+        window.show()
+        stage = Stage(window, folder)
+        stage.wait(0.5)
+        SCENES[scene](stage)
+        window.close()
+        stage.wait(0.3)
+        if folder == SHOWN:
+            for path in stage.kept:
+                shrink(path)
+        for path in stage.kept:
+            print(path)
+    return 0
+
+
+def shrink(path: Path) -> None:
+    """Make a picture small enough to be kept with the source: 256 colours, dithered."""
+    from PIL import Image
+
+    with Image.open(path) as picture:
+        small = picture.convert("RGB")
+        small.thumbnail((WIDTH, WIDTH), Image.Resampling.LANCZOS)
+        small = small.quantize(256, Image.Quantize.MEDIANCUT, dither=Image.Dither.FLOYDSTEINBERG)
+        small.save(path, optimize=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
