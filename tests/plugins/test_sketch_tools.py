@@ -283,7 +283,7 @@ def test_pressure_becomes_the_anchors_weights(context: FlatContext) -> None:
 def test_the_stabiliser_takes_the_tremor_out(context: FlatContext) -> None:
     sketched(context)
     straight = line((-15, -20), (15, -20), n=61)
-    wave = 3 * np.sin(np.arange(61) * 2 * np.pi / 20)
+    wave = 3 * np.sin(np.arange(61) * 2 * np.pi / 15 + 0.7)
     rough = [(x, y + w) for (x, y), w in zip(straight, wave, strict=True)]
 
     def target(path: list[tuple[float, float]], strength: float) -> np.ndarray:
