@@ -283,14 +283,14 @@ def test_pressure_becomes_the_anchors_weights(context: FlatContext) -> None:
 def test_the_stabiliser_takes_the_tremor_out(context: FlatContext) -> None:
     sketched(context)
     straight = line((-15, -20), (15, -20), n=61)
-    wave = 3 * np.sin(np.arange(61) * 2 * np.pi / 15 + 0.7)
+    wave = 3 * np.sin(np.arange(61) * 2 * np.pi / 30)
     rough = [(x, y + w) for (x, y), w in zip(straight, wave, strict=True)]
 
     def target(path: list[tuple[float, float]], strength: float) -> np.ndarray:
         context.options = TargetOptions(stabiliser=strength)
         return do(TargetTool(), context, path).draft.strokes[0].target
 
-    tremor = [np.abs(target(rough, s) - target(straight, s))[2:-2].max() for s in (0.0, 15.0)]
+    tremor = [np.abs(target(rough, s) - target(straight, s))[2:-2].max() for s in (0.0, 20.0)]
     assert tremor[1] < 0.5 * tremor[0]
 
 
