@@ -1,4 +1,7 @@
-"""Cleanup by pymeshlab's filters: each runs only where its defect was counted, and is measured."""
+"""Cleanup: each repair runs only where its defect was counted, and is measured afterwards.
+
+pymeshlab's filters do it where they keep every position to the last bit and the vertices' order.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,11 @@ from engine.files.defects import (
     Defects,
     areas,
     collapsed_faces,
+    doubled_faces,
+    fans_apart,
     find_defects,
+    joined,
+    repeated_faces,
 )
 from engine.files.report import AREA_WARNING, FACE_WARNING, Change, counted
 
@@ -137,7 +144,11 @@ def _filtered(v: F64, f: I64, *filters: tuple[str, dict[str, Any]]) -> Pair:
 
 
 def _join(v: F64, f: I64) -> Pair:
-    return _filtered(v, f, ("meshing_remove_duplicate_vertices", {}))
+    faces = joined(v, f)
+    left = np.zeros(len(v), dtype=bool)
+    left[f] = True
+    left[faces] = False
+    return v[~left], (np.cumsum(~left) - 1)[faces]
 
 
 def _drop_collapsed(v: F64, f: I64) -> Pair:
@@ -146,7 +157,9 @@ def _drop_collapsed(v: F64, f: I64) -> Pair:
 
 
 def _drop_repeated(v: F64, f: I64) -> Pair:
-    return _filtered(v, f, ("meshing_remove_duplicate_faces", {}))
+    if repeated_faces(f).any():
+        v, f = _filtered(v, f, ("meshing_remove_duplicate_faces", {}))
+    return v, f[~doubled_faces(v, f)]
 
 
 def _drop_unreferenced(v: F64, f: I64) -> Pair:
@@ -159,19 +172,10 @@ def _flip_flat(v: F64, f: I64) -> Pair:
     return _filtered(v, f, ("meshing_remove_t_vertices", options))
 
 
-def _split_edges(v: F64, f: I64) -> Pair:
-    # The filter leaves many vertices without faces behind; those of the file are gone already.
-    return _filtered(
-        v,
-        f,
-        ("meshing_repair_non_manifold_edges", {"method": "Split Vertices"}),
-        ("meshing_remove_unreferenced_vertices", {}),
-    )
-
-
-def _split_vertices(v: F64, f: I64) -> Pair:
-    # A vertex with several fans is taken apart one fan at a time.
-    return _filtered(v, f, *4 * [("meshing_repair_non_manifold_vertices", {"vertdispratio": 0.0})])
+def _take_apart(v: F64, f: I64) -> Pair:
+    # Not by pymeshlab's filters: they change last bits of positions, and the vertices' order.
+    parted, copied = fans_apart(f, len(v))
+    return np.vstack([v, v[copied]]), parted
 
 
 def _orient(v: F64, f: I64) -> Pair:
@@ -184,6 +188,13 @@ def _turn_out(v: F64, f: I64) -> Pair:
 
 _REPAIRS = (
     Repair(
+        "duplicate_faces",
+        lambda d: d.repeated,
+        _drop_repeated,
+        "{faces} that repeated another one removed.",
+        keeps_area=False,
+    ),
+    Repair(
         "duplicate_vertices",
         lambda d: d.joinable,
         _join,
@@ -194,13 +205,6 @@ _REPAIRS = (
         lambda d: d.collapsed,
         _drop_collapsed,
         "{faces} that named a vertex twice removed.",
-    ),
-    Repair(
-        "duplicate_faces",
-        lambda d: d.repeated,
-        _drop_repeated,
-        "{faces} that repeated another one removed.",
-        keeps_area=False,
     ),
     Repair(
         "unreferenced_vertices",
@@ -217,13 +221,13 @@ _REPAIRS = (
     Repair(
         "nonmanifold_edges",
         lambda d: d.nonmanifold_edges,
-        _split_edges,
+        _take_apart,
         "{mended_edges} with more than two faces taken apart; {vertices} added.",
     ),
     Repair(
         "nonmanifold_vertices",
         lambda d: d.nonmanifold_vertices,
-        _split_vertices,
+        _take_apart,
         "{mended_vertices} where surfaces touch in a point taken apart; {vertices} added.",
     ),
     Repair(

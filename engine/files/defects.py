@@ -15,7 +15,7 @@ from engine.arrays import B1, F64, I64
 class Defects:
     """Counts of each kind of defect.
 
-    `joinable` counts vertices on open borders that lie exactly on another vertex; `flipped` edges
+    `joinable` counts vertices that should be one with another at the same place; `flipped` edges
     that both their faces run through in the same direction; `inverted` says that a closed mesh has
     a negative volume.
     """
@@ -37,16 +37,20 @@ def find_defects(v: F64, f: I64) -> Defects:
     edges = _Edges(f[~collapsed], len(v))
     closed = bool((edges.counts == 2).all() and (edges.runs == 0).all())
     return Defects(
-        joinable=int(joinable_vertices(v, f).sum()),
+        joinable=_used(f, len(v)) - _used(joined(v, f), len(v)),
         collapsed=int(collapsed.sum()),
-        repeated=int(repeated_faces(f).sum()),
-        unreferenced=int((np.bincount(f.ravel(), minlength=len(v)) == 0).sum()),
+        repeated=int(doubled_faces(v, f).sum()),
+        unreferenced=len(v) - _used(f, len(v)),
         zero_area=int((flat_faces(v, f) & ~collapsed).sum()),
         nonmanifold_edges=int((edges.counts > 2).sum()),
         nonmanifold_vertices=int(_nonmanifold(edges).sum()),
         flipped=int(((edges.counts == 2) & (np.abs(edges.runs) == 2)).sum()),
         inverted=closed and volume(v, f) < 0,
     )
+
+
+def _used(f: I64, n: int) -> int:
+    return int((np.bincount(f.ravel(), minlength=n) > 0).sum())
 
 
 class _Edges:
@@ -131,22 +135,47 @@ def volume(v: F64, f: I64) -> float:
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
 
 
-def joinable_vertices(v: F64, f: I64) -> B1:
-    """Return which vertices should be one with another at the same place, (n,).
+def joined(v: F64, f: I64) -> I64:
+    """Return faces (f, 3) that share vertices where they lie side by side but have not so far.
 
-    Those on an open border beside another such one, and those of a piece whose every face lies
-    exactly on another face. Solids that touch, in a point or a side, are no reason to join them.
+    Vertices at the same place become one (the first of them) where their faces then meet along an
+    edge as exactly two. Surfaces that merely touch stay apart, and so does what was taken apart
+    where three faces meet: else a cleaned file would change again at every opening.
     """
     place = places(v)
-    found = np.zeros(len(v), dtype=bool)
     if int(place.max()) + 1 == len(v):
-        return found
-    edges = _Edges(f[~collapsed_faces(f)], len(v))
-    candidates = edges.ends(edges.counts == 1)
-    at_place = np.bincount(place[candidates], minlength=len(v))
-    found[candidates] = at_place[place[candidates]] > 1
-    found[f[_in_doubled_pieces(f, place)].ravel()] = True
-    return found
+        return f
+    border = _Edges(f[~collapsed_faces(f)], len(v))
+    candidate = border.ends(border.counts == 1)
+    first = np.full(len(v), len(v))
+    np.minimum.at(first, place[candidate], np.flatnonzero(candidate))
+    stand_in = np.where(candidate, first[place], np.arange(len(v)))
+    merged = stand_in[f]
+    proper = ~collapsed_faces(merged)
+    edges = _Edges(merged[proper], len(v))
+    fan, fans = _fans(edges, np.asarray(edges.counts == 2))
+    own = np.full(fans, len(v))
+    np.minimum.at(own, fan, f[proper].ravel())
+    faces = merged.copy()
+    faces[proper] = own[fan].reshape(-1, 3)
+    # A face between two vertices at one place closes up, where those are one vertex now.
+    settled = np.full(len(v), len(v))
+    np.minimum.at(settled, merged[proper].ravel(), faces[proper].ravel())
+    faces[~proper] = np.where(settled < len(v), settled, np.arange(len(v)))[merged[~proper]]
+    return faces
+
+
+def doubled_faces(v: F64, f: I64) -> B1:
+    """Return which faces repeat an earlier one, (f,): the same vertices, or a whole piece's places.
+
+    A single face that lies on another may be the side of one solid that touches another solid; only
+    where a piece lies with every face on other faces it is a copy.
+    """
+    again = repeated_faces(f)
+    place = places(v)
+    if int(place.max()) + 1 == len(v):
+        return again
+    return again | (repeated_faces(place[f]) & _in_doubled_pieces(f, place))
 
 
 def _in_doubled_pieces(f: I64, place: I64) -> B1:
@@ -168,20 +197,47 @@ def _in_doubled_pieces(f: I64, place: I64) -> B1:
 
 
 def _nonmanifold(edges: _Edges) -> B1:
-    """Return which vertices join several fans of faces, or lie on an edge of three faces, (n,).
+    """Return which vertices join several fans of faces, or lie on an edge of three faces, (n,)."""
+    fan, fans = _fans(edges, np.ones(len(edges.counts), dtype=bool))
+    vertex_of_fan = np.zeros(fans, dtype=np.int64)
+    vertex_of_fan[fan] = edges.tail
+    several = np.bincount(vertex_of_fan, minlength=edges.n) > 1
+    return np.asarray(several | edges.ends(edges.counts > 2))
 
-    Two corners at a vertex are linked when their faces share an edge at it; the connected
-    components of corners at a vertex are its fans.
+
+def fans_apart(f: I64, n: int) -> tuple[I64, I64]:
+    """Return faces (f, 3) in which every fan has a vertex of its own, and whose copy each one is.
+
+    Fans end at borders and at edges of three or more faces. The first fan at a vertex keeps it; the
+    others get new ones from n on. The second result, (more,), names the vertex each is a copy of.
+    Faces must name three vertices each.
+    """
+    edges = _Edges(f, n)
+    fan, fans = _fans(edges, np.asarray(edges.counts == 2))
+    first_corner = np.full(fans, len(fan))
+    np.minimum.at(first_corner, fan, np.arange(len(fan)))
+    vertex = edges.tail[first_corner]
+    by_vertex = np.lexsort((first_corner, vertex))
+    copy = np.zeros(fans, dtype=bool)
+    copy[by_vertex[1:]] = vertex[by_vertex][1:] == vertex[by_vertex][:-1]
+    own = vertex.copy()
+    own[copy] = n + np.arange(int(copy.sum()))
+    return own[fan].reshape(-1, 3), vertex[copy]
+
+
+def _fans(edges: _Edges, linking: B1) -> tuple[I64, int]:
+    """Return the fan of every face corner, (3 m,), and how many fans there are.
+
+    Two corners at a vertex are linked when their faces share a `linking` edge at it; the connected
+    components of corners are the fans.
     """
     corners = np.arange(len(edges.tail))
     following = corners - corners % 3 + (corners + 1) % 3
     small = np.where(edges.tail < edges.head, corners, following)
     large = np.where(edges.tail < edges.head, following, corners)
-    i, j = edges.order[:-1][edges.same], edges.order[1:][edges.same]
+    linked = edges.same & np.repeat(linking, edges.counts)[1:]
+    i, j = edges.order[:-1][linked], edges.order[1:][linked]
     ends = (np.concatenate([small[i], large[i]]), np.concatenate([small[j], large[j]]))
     links = sp.coo_array((np.ones(len(ends[0])), ends), shape=(len(corners), len(corners)))
     fans, label = connected_components(links.tocsr(), directed=False)
-    vertex_of_fan = np.zeros(fans, dtype=np.int64)
-    vertex_of_fan[label] = edges.tail
-    several = np.bincount(vertex_of_fan, minlength=edges.n) > 1
-    return np.asarray(several | edges.ends(edges.counts > 2))
+    return label.astype(np.int64), int(fans)
