@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 from typing import Any
+from weakref import WeakSet
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -81,6 +82,7 @@ class Viewport(QtInteractor):
         self._sight: tuple[Any, Sight] | None = None
         self._tool_cursor: Any = None
         self._software: bool | None = None
+        self._linked: WeakSet[Viewport] = WeakSet()
         self.scene = Scene(self.renderer, theme)
         self.overlay = Overlay(self)
         self.overlay.set_theme(theme)
@@ -509,10 +511,15 @@ class Viewport(QtInteractor):
         self.navigation.turn(wanted)
 
     def link(self, other: Viewport) -> None:
-        """Let both viewports look from the same place from now on."""
-        self.camera_changed.connect(lambda: other.look_as(self))
-        other.camera_changed.connect(lambda: self.look_as(other))
+        """Let both viewports look from the same place until one of them is closed."""
+        self._linked.add(other)
+        other._linked.add(self)
         other.look_as(self)
+
+    def unlink(self, other: Viewport) -> None:
+        """Let both viewports look from where they like again."""
+        self._linked.discard(other)
+        other._linked.discard(self)
 
     def look_as(self, other: Viewport) -> None:
         """Look from where another viewport looks."""
@@ -527,6 +534,8 @@ class Viewport(QtInteractor):
         self._apply_eye()
         self._lighten()
         self._changed()
+        for other in list(self._linked):
+            other.look_as(self)
         self.camera_changed.emit()
 
     def _apply_eye(self) -> None:
@@ -638,6 +647,8 @@ class Viewport(QtInteractor):
         """Free everything of OpenGL; call it before the window goes."""
         if getattr(self, "_closed", True):
             return
+        for other in list(self._linked):
+            self.unlink(other)
         self._rest_timer.stop()
         self.navigation.stop()
         self._sight = None

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QEvent, QPointF, Qt
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QPolygonF
 from PySide6.QtTest import QTest
 from vtkmodules.vtkCommonCore import mutable
@@ -39,11 +39,17 @@ pytestmark = pytest.mark.window
 SHIFTED = np.array([40, -25])
 
 
-@pytest.fixture
-def stage(qtbot):  # qtbot catches what Qt reports and exceptions in slots
+@pytest.fixture(scope="module")
+def shared_stage(qapp):
     made = Stage(torus(6000))
     yield made
     made.close()
+
+
+@pytest.fixture
+def stage(shared_stage, qtbot):  # qtbot catches what Qt reports and exceptions in slots
+    shared_stage.reset(torus(6000))
+    return shared_stage
 
 
 def seen_by_rays(viewport, mesh: Mesh, ids: np.ndarray) -> np.ndarray:
@@ -180,7 +186,8 @@ def test_the_image_of_triangles_is_taken_once_for_each_view(stage):
     assert viewport.sight() is not second
 
 
-def test_works_after_a_resize(stage, qtbot):
+def test_works_after_a_resize(qtbot):
+    stage = Stage(torus(6000))
     before = len(stage.viewport.vertices_inside(stage.ellipse()))
     stage.window.resize(640, 520)
     qtbot.waitUntil(lambda: stage.viewport.width() == 640)
@@ -189,9 +196,10 @@ def test_works_after_a_resize(stage, qtbot):
     assert view.size == (640.0, 520.0)
     assert stage.viewport.overlay.size() == stage.viewport.size()
     after = stage.viewport.vertices_inside(stage.ellipse())
-    assert 0.4 * before < len(after) < 2.5 * before
     x, y = stage.middle * (1.0, 1.25)
     hit = stage.viewport.pick(x, y)
+    stage.close()
+    assert 0.4 * before < len(after) < 2.5 * before
     assert np.abs(view.project(hit.point)[0] - (x, y)).max() < 1e-6
 
 
@@ -375,6 +383,7 @@ def test_a_gesture_that_loses_its_window_is_cancelled(stage, qtbot):
     with qtbot.waitSignal(stage.viewport.cancelled):
         stage.viewport.hide()
     stage.viewport.show()
+    stage.settle()
     stage.mouse(QEvent.Type.MouseMove, (210, 200), NONE, NONE)
     assert stage.kinds == ["press", "hover"]
 
@@ -388,6 +397,30 @@ def test_another_button_does_not_end_a_stroke(stage):
     stage.mouse(QEvent.Type.MouseButtonRelease, (220, 220), LEFT, NONE)
     assert stage.kinds == ["press", "move", "release"]
     assert stage.viewport.eye is before
+
+
+def test_one_finger_draws_and_two_fingers_move_the_camera(stage, qtbot):
+    viewport = stage.viewport
+    device = QTest.createTouchDevice()
+    QTest.touchEvent(viewport, device).press(0, QPoint(200, 200)).commit()
+    QTest.touchEvent(viewport, device).move(0, QPoint(210, 205)).commit()
+    assert stage.kinds == ["press", "move"]
+    before = viewport.eye
+    with qtbot.waitSignal(viewport.cancelled):
+        QTest.touchEvent(viewport, device).move(0, QPoint(210, 205)).press(
+            1, QPoint(300, 200)
+        ).commit()
+    two = QTest.touchEvent(viewport, device)
+    two.move(0, QPoint(190, 225)).move(1, QPoint(330, 220)).commit()
+    after = viewport.eye
+    QTest.touchEvent(viewport, device).move(0, QPoint(190, 225)).release(
+        1, QPoint(330, 220)
+    ).commit()
+    QTest.touchEvent(viewport, device).release(0, QPoint(190, 225)).commit()
+    assert after.azimuth != before.azimuth
+    assert after.distance < before.distance
+    assert stage.kinds == ["press", "move"]
+    assert not viewport.hands.navigating
 
 
 # Views

@@ -87,6 +87,21 @@ class Stage:
         self.events: list = []
         self.viewport.pointer.connect(self.events.append)
 
+    def reset(self, mesh: Mesh) -> None:
+        """Make everything as it was at first."""
+        viewport = self.viewport
+        viewport.set_display("clay")
+        viewport.set_wireframe(False)
+        viewport.set_perspective(True)
+        viewport.set_up_axis("z")
+        viewport.set_mesh(mesh)
+        viewport.invite(None)
+        viewport.set_backdrop(None)
+        viewport.show_measure(None)
+        viewport.clear_ink()
+        self.settle()
+        self.events.clear()
+
     def wait(self, met: Callable[[], bool], timeout: int = 10_000) -> None:
         """Let Qt work until `met` is."""
         clock = QElapsedTimer()
