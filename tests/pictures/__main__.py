@@ -1,4 +1,4 @@
-"""Takes every picture of the README and the guide: `python -m tests.pictures` (see `make pictures`).
+"""Takes the pictures of the README and the guide: `python -m tests.pictures` (`make pictures`).
 
 Each scene runs in a process of its own, for scale and theme are chosen before the window is made.
 The pictures that the README shows (scale 1, light) go to resources/pictures, made smaller; all
@@ -78,20 +78,18 @@ def take(scene: str, theme: str, folder: Path) -> int:
         if folder == SHOWN:
             for path in stage.kept:
                 shrink(path)
-        for path in stage.kept:
-            print(path)
     return 0
 
 
 def shrink(path: Path) -> None:
-    """Make a picture small enough to be kept with the source: 256 colours, dithered."""
+    """Replace a picture by one small enough to be kept with the source."""
     from PIL import Image
 
     with Image.open(path) as picture:
         small = picture.convert("RGB")
-        small.thumbnail((WIDTH, WIDTH), Image.Resampling.LANCZOS)
-        small = small.quantize(256, Image.Quantize.MEDIANCUT, dither=Image.Dither.FLOYDSTEINBERG)
-        small.save(path, optimize=True)
+    small.thumbnail((WIDTH, WIDTH), Image.Resampling.LANCZOS)
+    small.save(path.with_suffix(".jpg"), quality=86, optimize=True, subsampling=0)
+    path.unlink()
 
 
 if __name__ == "__main__":

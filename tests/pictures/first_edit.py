@@ -7,8 +7,8 @@ from PySide6.QtCore import Qt
 from tests.app.driving import Mouse, bow, circle
 from tests.pictures.studio import Stage
 
-BELLY = {"x": 0.0, "y": 0.02, "radius": 0.205}
-UPPER, LOWER = (0.0, -0.14), (0.0, 0.17)
+BELLY = {"x": 0.07, "y": 0.02, "radius": 0.21}
+UPPER, LOWER = (0.12, -0.1), (0.11, 0.15)
 
 
 def first_edit(stage: Stage) -> None:
@@ -27,7 +27,7 @@ def first_edit(stage: Stage) -> None:
     mouse.stroke(window, bow(view, UPPER, LOWER))
     stage.settle()
     stage.keep("4-source")
-    mouse.stroke(window, bow(view, UPPER, LOWER, sag=-0.3))
+    mouse.stroke(window, bow(view, UPPER, LOWER, sag=-0.42))
     stage.settle()
     stage.keep("5-target")
     stage.key("edit.apply")
