@@ -13,7 +13,7 @@ from typing import Any, Protocol
 from PySide6.QtCore import QObject, Signal
 
 from app.session import Session
-from engine import Cancelled, Document, EngineError, Mesh, Step, View
+from engine import Cancelled, Decomposition, Document, EngineError, Mesh, Step, View
 from engine.arrays import F64, I64
 from plugins.api import Gesture, Hit, Pointer, Role, Tool
 
@@ -335,6 +335,11 @@ class ToolHost(QObject):
         """The surface as it is displayed."""
         assert self._session.shown is not None
         return self._session.shown
+
+    @property
+    def decomposition(self) -> Decomposition | None:
+        """What is known of the region so far."""
+        return self._session.decomposition
 
     def pick(self, x: float, y: float) -> Hit | None:
         """What is visible at a pixel."""

@@ -98,6 +98,11 @@ class Context(Protocol):
         """The surface as it is displayed now (at the level, or deformed)."""
         ...
 
+    @property
+    def decomposition(self) -> Decomposition | None:
+        """What is known of the region so far: its base and the modes that are there, or None."""
+        ...
+
     def pick(self, x: float, y: float) -> Hit | None:
         """Return what is visible at a pixel, or None over the background."""
         ...

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from matplotlib.path import Path as Outline
 
-from engine import Document, Draft, EngineError, Mesh, View
+from engine import Decomposition, Document, Draft, EngineError, Mesh, View, decompose
 from plugins.api import Hit, Pointer, Tool
 from plugins.brush import Brush, BrushOptions
+from plugins.feature import Feature
 from plugins.lasso import Lasso
 from plugins.pin import Pin
 from plugins.sketch import SourceOptions, SourceTool, TargetOptions, TargetTool
@@ -45,6 +46,7 @@ class FlatContext:
 
     document: Document
     options: Any = None
+    decomposition: Decomposition | None = None
     view: View = field(default_factory=from_above)
     drawn: list[tuple[np.ndarray, str]] = field(default_factory=list)
     marked: list[np.ndarray] = field(default_factory=list)
@@ -292,6 +294,34 @@ def test_the_stabiliser_takes_the_tremor_out(context: FlatContext) -> None:
 
     tremor = [np.abs(target(rough, s) - target(straight, s))[2:-2].max() for s in (0.0, 20.0)]
     assert tremor[1] < 0.5 * tremor[0]
+
+
+def test_a_click_on_a_feature_sets_the_level_just_below_it() -> None:
+    flat = plate(41)
+    x, y, _ = flat.vertices.T
+    broad = 4 * np.exp(-(((x + 20) / 12) ** 2 + (y / 12) ** 2))
+    fine = 1.5 * np.exp(-(((x - 22.5) / 4) ** 2 + (y / 4) ** 2))
+    mesh = flat.with_vertices(flat.vertices + np.column_stack([0 * x, 0 * x, broad + fine]))
+    context = FlatContext(Document.open(mesh))
+    chosen(context)
+    context.document = do(Lasso(), context, around(0, 0, 44))
+    context.decomposition = decompose(mesh, context.document.draft.roi)
+    levels, counts = [], []
+    for place in (-20.0, 22.5):
+        context.options = None
+        document = do(Feature(), context, [px(place, 0), px(place, 0)])
+        levels.append(document.draft.level)
+        counts.append(context.decomposition.mode_count(levels[-1]))
+        gone = context.decomposition.surface(counts[-1])
+        row = np.flatnonzero((context.decomposition.original[:, :2] == (place, 0)).all(axis=1))
+        assert (
+            abs(context.decomposition.original[row, 2] - gone[row, 2])
+            > 0.4 * (broad + fine)[(x == place) & (y == 0)]
+        )
+    assert counts[0] < counts[1], "the fine bump appears later than the broad one"
+    context.options = None
+    with pytest.raises(EngineError, match="not on the region"):
+        do(Feature(), context, [px(49, 49), px(49, 49)])
 
 
 def test_without_a_source_the_target_says_what_to_do(context: FlatContext) -> None:
