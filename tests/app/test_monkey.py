@@ -1,0 +1,173 @@
+"""Under load: a monkey at the window, work cancelled at any moment, and memory that stays flat.
+
+The long walk is `python -m tests.soak.monkey --events 10000`, and `make soak` runs it too.
+"""
+
+from __future__ import annotations
+
+import random
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QCoreApplication, QEvent, QTimer
+
+from app.window import Window
+from engine import Document, Draft, Mesh, save
+from tests.app.driving import Mouse, bow, bumpy_sphere, circle, settled
+from tests.soak.monkey import Monkey, memory_mb, pump
+
+WALKS = [
+    pytest.param(250, 1, 0.1, id="short"),
+    pytest.param(10_000, 2, 0.05, id="long", marks=[pytest.mark.soak, pytest.mark.timeout(7200)]),
+]
+
+
+@pytest.mark.parametrize(("events", "seed", "longest"), WALKS)
+def test_a_monkey_breaks_nothing(
+    events: int,
+    seed: int,
+    longest: float,
+    make_window,
+    sphere: Mesh,
+    sphere_file: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("EIGENFORM_STATE", str(tmp_path / "state"))
+    window: Window = make_window(sphere)
+    window.keep_safe(tmp_path / "state")
+    # Exceptions are to fail this test, not to be shown.
+    window.safety.watch.stop()
+    small = tmp_path / "small.obj"
+    save(bumpy_sphere(900), small)
+    monkey = Monkey(window, seed, tmp_path, [sphere_file, small])
+    walk = monkey.play(events)
+    print("\n".join(walk.lines()))
+    window.safety.leave()
+    assert walk.events >= events
+    assert walk.back_at_the_start
+    # Processor time of single calls; twice the aim in the short walk, since tests share the cores.
+    assert walk.longest_stall < longest
+
+
+def decomposing(window: Window) -> None:
+    """Choose another large region, so that its modes are computed."""
+    session = window.session
+    low = random.Random(time.perf_counter_ns()).uniform(-20, 0)
+    roi = np.flatnonzero(session.document.mesh.vertices[:, 2] > low)
+    session.change(session.document.with_draft(Draft(roi, 0.5)), "Region")
+
+
+@pytest.mark.parametrize("times", [pytest.param(25), pytest.param(100, marks=pytest.mark.soak)])
+def test_cancelling_at_any_moment_leaves_a_usable_window(times: int, make_window, qtbot) -> None:
+    window: Window = make_window(bumpy_sphere(9000))
+    session, dice = window.session, random.Random(times)
+    late: list[int] = []
+
+    def came() -> None:
+        late.append(1)
+
+    for _ in range(times):
+        decomposing(window)
+        limit = time.monotonic() + dice.uniform(0.0, 0.5)
+        while time.monotonic() < limit:
+            pump(None, 5)
+        way = dice.randrange(3)
+        if way == 0:
+            session.jobs.cancel("decompose")
+        elif way == 1:
+            session.undo()
+        else:
+            window.status.cancel()
+            session.jobs.cancel("decompose")
+        before = session.document
+        session.decomposition_changed.connect(came)
+        pump(None, 20)
+        session.decomposition_changed.disconnect(came)
+        assert session.document is before
+        if way == 0:
+            assert late == [], "a result came after its work was cancelled"
+        late.clear()
+    # The window works as if nothing had happened.
+    session.start(Document.open(bumpy_sphere(), "sphere.ply"))
+    qtbot.waitUntil(settled(window), timeout=60_000)
+    edit(window, qtbot)
+    assert len(session.document.recipe.steps) == 1
+
+
+def edit(window: Window, qtbot) -> None:
+    """One whole edit with the mouse."""
+    mouse, view, session = Mouse(), window.viewport, window.session
+    mouse.stroke(window, circle(view, 0, 0, 0.22))
+    qtbot.waitUntil(settled(window), timeout=60_000)
+    mouse.stroke(window, bow(view, (-0.12, 0.0), (0.12, 0.0)))
+    mouse.stroke(window, bow(view, (-0.12, 0.0), (0.12, 0.0), -0.3))
+    qtbot.waitUntil(settled(window), timeout=60_000)
+    steps = len(session.document.recipe.steps)
+    window.actions_table.trigger("edit.apply")
+    qtbot.waitUntil(lambda: len(session.document.recipe.steps) == steps + 1, timeout=60_000)
+    qtbot.waitUntil(settled(window), timeout=60_000)
+
+
+@pytest.mark.parametrize("rounds", [pytest.param(3), pytest.param(40, marks=pytest.mark.soak)])
+def test_memory_is_flat_over_open_edit_and_undo(
+    rounds: int, make_window, qtbot, sphere_file: Path
+) -> None:
+    window: Window = make_window()
+    sizes: list[float] = []
+    for number in range(rounds + 3):
+        with qtbot.waitSignal(window.session.opened, timeout=60_000):
+            window.session.open(sphere_file)
+        qtbot.waitUntil(settled(window), timeout=60_000)
+        edit(window, qtbot)
+        while window.session.history.can_undo:
+            window.session.undo()
+        qtbot.waitUntil(settled(window), timeout=60_000)
+        if number >= 2:
+            sizes.append(memory_mb())
+    growth = (sizes[-1] - sizes[0]) / (len(sizes) - 1)
+    print(
+        f"memory over {rounds} rounds: {sizes[0]:.0f} to {sizes[-1]:.0f} MB, {growth:.2f} a round"
+    )
+    assert growth < 2.0
+
+
+@pytest.mark.parametrize("rounds", [pytest.param(2), pytest.param(30, marks=pytest.mark.soak)])
+def test_memory_is_flat_over_windows(
+    rounds: int, make_window, qtbot, sphere: Mesh, tmp_path: Path
+) -> None:
+    sizes: list[float] = []
+    for number in range(rounds + 2):
+        window = make_window(sphere)
+        window.keep_safe(tmp_path / "state")
+        window.safety.watch.stop()
+        edit(window, qtbot)
+        window.safety.leave()
+        gone: list[int] = []
+        window.destroyed.connect(lambda _o=None, gone=gone: gone.append(1))
+        window.close()
+        del window
+        QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+        qtbot.waitUntil(lambda gone=gone: bool(gone))
+        if number >= 1:
+            sizes.append(memory_mb())
+    growth = (sizes[-1] - sizes[0]) / (len(sizes) - 1)
+    print(f"memory over {rounds} windows: {sizes[0]:.0f} to {sizes[-1]:.0f} MB, {growth:.2f} each")
+    assert growth < 5.0
+
+
+def test_two_jobs_never_write_the_same_document(window: Window, qtbot) -> None:
+    session = window.session
+    edit(window, qtbot)
+    document = session.document
+    step = document.recipe.steps[0]
+    session.apply(step)
+    session.apply(step)
+    session.undo()
+    qtbot.waitUntil(settled(window), timeout=60_000)
+    QTimer.singleShot(200, lambda: None)
+    pump(None, 250)
+    assert all(len(m.document.recipe.steps) <= 1 for m in session.history.moments.values())
+    assert session.document is not document
