@@ -145,7 +145,7 @@ class Studio:
 
     def sight(self, view: View) -> Sight:
         """Return which triangles are seen through `view`, one pixel of the view each."""
-        from app.viewport.idimage import capture
+        from app.viewport.idimage import captured_by_selector
         from app.viewport.picking import Sight
 
         surface, placement = self._scene.surface, self._scene.placement
@@ -154,7 +154,7 @@ class Studio:
         self._window.SetSize(width, height)
         aim(self._renderer.GetActiveCamera(), view, placement, self._scene.radius)
         self._window.Render()
-        ids = capture(self._window, self._renderer, surface.actor)[::-1]
+        ids = captured_by_selector(self._window, self._renderer, surface.actor)[::-1]
         return Sight(
             ids=np.ascontiguousarray(ids),
             view=View(view.matrix, (width, height)),
