@@ -51,6 +51,8 @@ def read_markup(data: bytes, name: str, start: Start, end: End | None = None) ->
         parser.Parse(data, True)
     except expat.ExpatError as error:
         raise _refusal(name, f"line {error.lineno:,} is no valid XML") from None
+    except (LookupError, ValueError):
+        raise _refusal(name, "it names an encoding of text that does not exist") from None
     except _RefusedError as reason:
         raise _refusal(name, str(reason)) from None
 

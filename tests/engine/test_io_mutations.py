@@ -6,20 +6,29 @@ from pathlib import Path
 
 import pytest
 
-from tests.soak.mutations import Tally, run, seeds
+from tests.soak.mutations import Tally, run
 
 
 def assert_no_faults(tally: Tally, count: int) -> None:
     assert tally.faults == []
     assert tally.opened.total() + tally.refused.total() == count
     # Each kind of file was damaged lightly enough to open, and badly enough to be refused.
-    for name in seeds():
+    for name in tally.names:
         assert tally.opened[name], name
         assert tally.refused[name], name
 
 
 def test_hundreds_of_damaged_files(tmp_path: Path) -> None:
     assert_no_faults(run(900, seed=7, folder=tmp_path), 900)
+
+
+def test_damage_in_formats_that_native_code_reads(tmp_path: Path) -> None:
+    assert_no_faults(run(120, seed=3, folder=tmp_path, experimental=True), 120)
+
+
+@pytest.mark.soak
+def test_a_thousand_damaged_files_that_native_code_reads(tmp_path: Path) -> None:
+    assert_no_faults(run(1000, seed=4, folder=tmp_path, experimental=True), 1000)
 
 
 @pytest.mark.soak

@@ -11,6 +11,7 @@ import argparse
 import io
 import random
 import re
+import subprocess
 import sys
 import tempfile
 import zipfile
@@ -21,9 +22,9 @@ from pathlib import Path
 
 import numpy as np
 
-from engine import FileError, Imported, open_file
+from engine import FileError, Imported, Mesh, open_file, save
 from engine.files.process import worker
-from tests.soak.plain_readers import read_plainly, triangles_of
+from tests.soak.plain_readers import PLAINLY_READ, read_plainly, triangles_of
 
 HUGE = [0, 1, -1, 255, 65535, 2**31 - 1, 2**31, 2**32 - 1, 2**32, 2**32 + 1, 2**63, 2**64, 10**30]
 MUTATIONS = ("bits", "bytes", "cut", "count", "splice", "repeat", "swap", "word")
@@ -190,11 +191,11 @@ def mutated_file(name: str, kind: str, data: bytes, rng: random.Random) -> tuple
 
 @dataclass
 class Tally:
-    """How it went."""
+    """How it went, by the names of the files."""
 
+    names: list[str]
     opened: Counter[str] = field(default_factory=Counter)
     refused: Counter[str] = field(default_factory=Counter)
-    compared: Counter[str] = field(default_factory=Counter)
     respawns: int = 0
     faults: list[str] = field(default_factory=list)
 
@@ -208,6 +209,8 @@ def fault_of(path: Path, found: Imported, data: bytes) -> str:
     for m in (mesh, found.mesh):
         if m.faces.min() < 0 or m.faces.max() >= m.n:
             return "an index out of range"
+    if report.format not in PLAINLY_READ:
+        return ""
     vertices, polygons = read_plainly(data, report.format)
     corners, count = triangles_of(vertices, polygons)
     if count != len(mesh.faces):
@@ -233,21 +236,39 @@ def sentence_fault(path: Path, text: str) -> str:
     return "not foreseen: " + text if "not foreseen" in text else ""
 
 
-def damaged_files(count: int, seed: int) -> Iterator[tuple[str, str, bytes]]:
-    """Give `count` damaged files as name, how, content; the seeds take turns."""
+def experimental_seeds(folder: Path) -> dict[str, tuple[str, bytes]]:
+    """Return small files in the formats that native code reads, written by that code."""
+    vertices, faces = grid()
+    kept = [f for f in faces if len(f) == 3]
+    save(Mesh(vertices, np.array(kept)), folder / "seed.ply")
+    save(Mesh(vertices, np.array(kept)), folder / "seed.glb")
+    code = (
+        "import pymeshlab; s = pymeshlab.MeshSet(); s.load_new_mesh('seed.ply')\n"
+        "for e in ('dae', 'x3d', '3ds'): s.save_current_mesh('seed.' + e)"
+    )
+    subprocess.run([sys.executable, "-c", code], cwd=folder, check=True, capture_output=True)
+    kinds = {".glb": "glTF", ".dae": "DAE", ".x3d": "X3D", ".3ds": "3DS"}
+    return {f"seed{e}": (kind, (folder / f"seed{e}").read_bytes()) for e, kind in kinds.items()}
+
+
+def damaged_files(
+    count: int, seed: int, files: dict[str, tuple[str, bytes]]
+) -> Iterator[tuple[str, str, bytes]]:
+    """Give `count` damaged files as name, how, content; the `files` take turns."""
     rng = random.Random(seed)
-    kinds = list(seeds().items())
+    kinds = list(files.items())
     for i in range(count):
         name, (kind, data) = kinds[i % len(kinds)]
         how, damaged = mutated_file(name, kind, data, rng)
         yield name, f"{i} {how}", damaged
 
 
-def run(count: int, seed: int, folder: Path) -> Tally:
+def run(count: int, seed: int, folder: Path, experimental: bool = False) -> Tally:
     """Open `count` damaged files one after the other."""
-    tally = Tally()
+    files = experimental_seeds(folder) if experimental else seeds()
+    tally = Tally(list(files))
     last = worker.pid
-    for name, how, data in damaged_files(count, seed):
+    for name, how, data in damaged_files(count, seed, files):
         path = folder / name
         path.write_bytes(data)
         try:
@@ -258,7 +279,6 @@ def run(count: int, seed: int, folder: Path) -> Tally:
         else:
             tally.opened[name] += 1
             fault = fault_of(path, found, data)
-            tally.compared[name] += 1
         if fault:
             tally.faults.append(f"{name} {how}: {fault}")
             (folder / f"fault-{how.split()[0]}-{name}").write_bytes(data)
@@ -273,10 +293,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--experimental", action="store_true", help="glTF, DAE, X3D and 3DS")
     options = parser.parse_args()
     folder = Path(tempfile.mkdtemp(prefix="eigenform-mutations-"))
-    tally = run(options.count, options.seed, folder)
-    for name in seeds():
+    tally = run(options.count, options.seed, folder, options.experimental)
+    for name in tally.names:
         print(f"{name:12} opened {tally.opened[name]:6} refused {tally.refused[name]:6}")
     print(f"worker replaced {tally.respawns} times; {len(tally.faults)} faults (files in {folder})")
     for fault in tally.faults[:50]:

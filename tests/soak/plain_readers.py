@@ -16,6 +16,7 @@ from io import BytesIO
 Vertices = list[tuple[float, ...]]
 Polygons = list[tuple[int, ...]]
 
+PLAINLY_READ = ("OBJ", "OFF", "PLY", "STL", "3MF")
 NOWHERE = (math.nan, math.nan, math.nan)
 
 
