@@ -19,7 +19,21 @@ from engine.errors import (
     SketchError,
     SolveError,
 )
-from engine.io import Imported, ImportReport, load, open_file, save, start_worker
+from engine.io import (
+    EXPORT_SUFFIXES,
+    IMPORT_SUFFIXES,
+    MEMORY_LIMIT,
+    Change,
+    ExportReport,
+    Imported,
+    ImportReport,
+    estimate,
+    load,
+    open_file,
+    save,
+    start_worker,
+    sweep_strays,
+)
 from engine.mesh import Mesh, Topology
 from engine.mirror import mirrored_region, symmetry_plane
 from engine.operators import cotangent_stiffness, mean_curvature, vertex_areas
