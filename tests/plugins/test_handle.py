@@ -1,0 +1,83 @@
+"""The handle, fed with pointer events; no window."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from engine import Document, EngineError
+from plugins.handle import Handle, HandleOptions, HandleStep, similarity
+from tests.plugins.test_sketch_tools import FlatContext, do, from_above, line, plate, px
+
+
+@pytest.fixture
+def context() -> FlatContext:
+    document = Document.open(plate(41))
+    away = np.linalg.norm(document.mesh.vertices, axis=1)
+    roi = np.flatnonzero(away < 40)
+    context = FlatContext(document.with_draft(document.draft.with_roi(roi)))
+    context.options = HandleOptions(radius=20.0)
+    return context
+
+
+def test_dragging_moves_the_grasp_with_the_pointer(context: FlatContext) -> None:
+    step = do(Handle(), context, line((0, 0), (12, 5)))
+    assert isinstance(step, HandleStep)
+    assert len(context.previews) >= 10, "the form follows live"
+    mesh = context.document.mesh
+    after = step.apply(mesh)
+    middle = int(np.linalg.norm(mesh.vertices, axis=1).argmin())
+    assert middle in step.patch
+    assert after.vertices[middle] == pytest.approx([12, 5, 0], abs=1e-9)
+    away = np.linalg.norm(mesh.vertices[step.patch], axis=1)
+    assert away.max() <= 10, "20 px are 10 mm"
+    again = HandleStep.from_json(step.to_json())
+    assert (again.apply(mesh).vertices == after.vertices).all()
+
+
+def test_in_perspective_too_the_grasp_stays_below_the_pointer() -> None:
+    from engine.view import look_at
+
+    view = look_at((0, 0, 0), 300, 30, 40, (400, 400))
+    grasp = np.array([20.0, 10.0, 5.0])
+    drag = np.array([70.0, -45.0])
+    M = similarity(view, "move", drag, grasp, grasp)
+    moved = grasp + M[:3, 3]
+    assert view.project(moved)[0] - view.project(grasp)[0] == pytest.approx(drag, abs=1e-9)
+    assert view.depth(moved) == pytest.approx(view.depth(grasp)), "parallel to the picture"
+
+
+def test_shift_turns_and_control_scales_about_the_middle(context: FlatContext) -> None:
+    turn = np.array(do(Handle(), context, line((0, 0), (20, 0)), shift=True).matrix).reshape(4, 4)
+    R = turn[:3, :3]
+    assert pytest.approx(np.eye(3), abs=1e-12) == R @ R.T
+    # 40 px to the right roll the side that is seen to the right: about +y, by a twelfth of a turn.
+    assert pytest.approx([np.sin(np.pi / 6), 0, np.cos(np.pi / 6)]) == R @ [0, 0, 1]
+    grown = np.array(do(Handle(), context, line((0, 0), (70, 0)), ctrl=True).matrix).reshape(4, 4)
+    assert grown[:3, :3] == pytest.approx(2 * np.eye(3))
+    context.options = HandleOptions(radius=20.0, motion="twist")
+    twist = np.array(do(Handle(), context, line((0, 0), (60, 0))).matrix).reshape(4, 4)
+    assert twist[:3, :3] @ [1, 0, 0] == pytest.approx([0, -1, 0], abs=1e-12), "clockwise as seen"
+    for M in (turn, grown, twist):
+        assert M[:3, 3] == pytest.approx(np.zeros(3), abs=1e-9)
+
+
+def test_a_click_does_nothing_and_the_rim_is_left_alone(context: FlatContext) -> None:
+    assert do(Handle(), context, [px(0, 0), px(0.5, 0), px(0, 0)]) is None
+    with pytest.raises(EngineError, match="not on the region"):
+        do(Handle(), context, line((47, 0), (40, 0)))
+    with pytest.raises(EngineError, match="too near"):
+        do(Handle(), context, line((38, 0), (30, 0)))
+    context.options = HandleOptions(radius=400.0)
+    everything = do(Handle(), context, line((0, 0), (0, 9)))
+    rim = np.linalg.norm(context.document.mesh.vertices[everything.patch], axis=1)
+    assert rim.max() < 36, "three rings stay free"
+
+
+def test_the_handle_works_at_the_level_of_the_slider(context: FlatContext) -> None:
+    from dataclasses import replace
+
+    draft = replace(context.document.draft, level=0.25)
+    context.document = context.document.with_draft(draft)
+    assert do(Handle(), context, line((0, 0), (9, 0))).level == 0.25
+    assert context.view == from_above()
