@@ -18,7 +18,7 @@ import scipy.sparse as sp
 
 from engine.arrays import B1, F64, I64
 from engine.errors import SolveError
-from engine.operators import laplacian
+from engine.operators import Laplacian, laplacian
 from engine.region import Region
 from engine.run import Run
 from engine.solve import RESIDUAL_LIMIT, Factor, factorise
@@ -26,6 +26,9 @@ from engine.threads import two_at_a_time
 
 _RING_FLOOR = 1e-9
 _BLOCK = 64
+# In the region's frame the softest clamped surface resists with about 1e3 M.
+_STILLNESS = 1e-4
+_LEAST_AREA = 1e-4
 
 
 def cross_matrices(v: F64) -> F64:
@@ -159,17 +162,28 @@ class Lse:
         self.m = m
         self.positions: F64 = region.x.copy()
         self.positions[:m] = surface
-        found = laplacian(self.positions, region.faces)
-        self.stiffness = found.stiffness
-        self.areas = found.areas
         near = np.arange(m + len(region.rim))
-        closed = ~region.rim_open | (near < m)
-        self.rows: I64 = near[closed]
+        self.rows: I64 = near[~region.rim_open | (near < m)]
+        try:
+            self._assemble(laplacian(self.positions, region.faces))
+        except SolveError:
+            # Features that were flattened can leave triangles without area in the rest shape; the
+            # original's K and M are less true to it, but sound.
+            self._assemble(region.laplacian)
+
+    def _assemble(self, found: Laplacian) -> None:
+        self.stiffness = found.stiffness
+        # The weight of a row is 1 / M: beside a sliver it would drown all others.
+        self.areas = np.maximum(found.areas, _LEAST_AREA * float(found.areas.mean()))
+        turning = self.rows < self.m
         A = lse_rows(
-            self.positions, found.stiffness, found.areas, self.rows, self.rows < m, columns=m
+            self.positions, found.stiffness, self.areas, self.rows, turning, columns=self.m
         )
-        # In blocks the product is three times as fast as entry by entry.
+        # In blocks the product is three times as fast as entry by entry. A region that hangs on a
+        # vertex or two may turn and swell about them for nothing; a trace of M settles it.
+        still = np.repeat(_STILLNESS * self.areas[: self.m], 3)
         self.matrix = sp.csr_array(sp.bsr_array(A.transpose()) @ A)
+        self.matrix.setdiag(self.matrix.diagonal() + still)
         self.factor: Factor = factorise(self.matrix)
 
     def responses(self, unit: I64, run: Run) -> F64:
