@@ -14,7 +14,6 @@ from engine.mesh import Mesh
 from engine.solve import factorise
 from engine.view import View
 
-
 FEATURES_PER_SIZE = 3.0
 """What has this many waves or more over the region's size (the root of its area) is a feature."""
 

@@ -165,7 +165,7 @@ class Mesh:
     def digest(self) -> str:
         """SHA-256 of vertices and faces, as 64 hexadecimal digits."""
         h = hashlib.sha256()
-        h.update(np.int64([len(self.vertices), len(self.faces)]).tobytes())
+        h.update(np.array([len(self.vertices), len(self.faces)], dtype=np.int64).tobytes())
         h.update(self.vertices.astype("<f8").tobytes())
         h.update(self.faces.astype("<i8").tobytes())
         return h.hexdigest()
@@ -197,7 +197,7 @@ def _checked_faces(faces: ArrayLike, n: int) -> I64:
         raise MeshError("The face indices are not whole numbers. Give integer vertex indices.")
     if f.min() < 0 or f.max() >= n:
         raise MeshError(
-            f"A face refers to vertex {int(f.max() if f.max() >= n else f.min())}, but the vertices "
-            f"are numbered 0 to {n - 1}. Repair the file in the program that wrote it."
+            f"A face refers to vertex {int(f.max() if f.max() >= n else f.min())}, but the "
+            f"vertices are numbered 0 to {n - 1}. Repair the file in the program that wrote it."
         )
     return frozen(f, np.int64)
