@@ -149,7 +149,7 @@ class Scene:
             inside[ids] = True
             near = self._faces_about(ids)
             self._weight = feathered(inside, near)
-            self._draw_rim(inside, near)
+            self._draw_rim(near)
         self._paint()
 
     def _faces_about(self, ids: I64) -> I64:
@@ -161,9 +161,11 @@ class Scene:
         within = ((place >= low - room) & (place <= high + room)).all(axis=1)
         return self._faces[within[self._faces].all(axis=1)]
 
-    def _draw_rim(self, inside: NDArray[np.bool_], faces: I64) -> None:
+    def _draw_rim(self, faces: I64) -> None:
+        """Draw the line where the feathered weight is one half: the border without its teeth."""
         assert self.surface is not None
-        value = feathered(inside, faces, rounds=3)
+        assert self._weight is not None
+        value = self._weight
         some = value[faces]
         near = faces[(some.max(axis=1) > 0.5) & (some.min(axis=1) <= 0.5)]
         if len(near) == 0:
