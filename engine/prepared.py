@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +15,9 @@ from engine.decomposition import decompose_stream
 from engine.detail import Decomposition
 from engine.errors import SketchError, SolveError
 from engine.handles import Handles, Rows
+from engine.intersections import self_intersections
 from engine.lse import Lse
+from engine.measure import Stretch, edge_stretch
 from engine.mesh import Mesh
 from engine.mirror import Twins, mirrored_region
 from engine.rectify import ring_products, ring_rotations, turned
@@ -39,12 +42,33 @@ class EditResult:
     ----------
     level_vertices : (n, 3) the surface at the level, deformed, without the finer details.
     vertices : (n, 3) with the details put back.
-    target_error_px : largest distance of a reprojected anchor from its target, px.
+    target_error_px : largest distance of a reprojected anchor from its target, px; with `amount`,
+        from its share of the way there.
+    mesh : the mesh before.
+    roi : (m,) the vertices that could move.
     """
 
     level_vertices: F64
     vertices: F64
     target_error_px: float
+    mesh: Mesh
+    roi: I64
+
+    @cached_property
+    def stretch(self) -> Stretch:
+        """How much the edges changed length."""
+        return edge_stretch(self.mesh, self.mesh.with_vertices(self.vertices), self.roi)
+
+    @cached_property
+    def self_intersections(self) -> I64:
+        """Pairs of faces that run through each other now and did not before, (p, 2)."""
+        after = self_intersections(self.mesh.with_vertices(self.vertices), self.roi)
+        if len(after) == 0:
+            return after
+        before = self_intersections(self.mesh, self.roi)
+        f = len(self.mesh.faces)
+        new = ~np.isin(after[:, 0] * f + after[:, 1], before[:, 0] * f + before[:, 1])
+        return np.asarray(after[new])
 
 
 def prepare_edit(
@@ -203,14 +227,18 @@ class PreparedEdit:
         moved = self._handles.displacement(rows)
         if not moved.any():
             level = self._placed(rest)
-            return EditResult(level, self._mesh.vertices, self._target_error(level, strokes))
+            return self._result(level, self._mesh.vertices, strokes)
         if self._polish is not None:
             moved = self._polish.relax(moved, self._options.polish)
         self._guard(moved, rows)
         deformed = rest + moved * self._scale
         detailed = self.detailed(moved)
         level = self._placed(deformed)
-        return EditResult(level, self._placed(detailed), self._target_error(level, strokes))
+        return self._result(level, self._placed(detailed), strokes)
+
+    def _result(self, level: F64, vertices: F64, strokes: Sequence[Stroke]) -> EditResult:
+        error = self._target_error(level, strokes)
+        return EditResult(level, vertices, error, self._mesh, self.decomposition.roi)
 
     def _placed(self, positions: F64) -> F64:
         """Return positions (m, 3) of the region with everything else as it is, (n, 3)."""
