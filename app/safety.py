@@ -14,6 +14,7 @@ from PySide6.QtWidgets import QMessageBox
 from app.autosave import Autosave
 from app.crash import CrashDialog, CrashWatch, native_crashes
 from app.recovery_bar import RecoveryBar, RecoveryOffers
+from engine.files.place import sweep_strays
 from engine.journal import Recoverable, Why, recover
 from plugins.registry import kinds
 
@@ -76,8 +77,13 @@ class Safety(QObject):
         if self._search is not None and self._search.is_alive():
             return
         self.offers.release()
+        from app.window import recent
+
+        folders = {path.parent for path in recent()}
 
         def search() -> None:
+            for folder in folders:
+                sweep_strays(folder)
             crashes = native_crashes(self._folder)
             offered: list[Recoverable] = []
             for found in recover(self.autosave.folder, kinds()):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+import re
 import weakref
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 
 from engine.arrays import frozen
 from engine.document import Document, HistoryState, Moment
+from engine.edit import check_options, check_stroke
 from engine.errors import EngineError, FileError
 from engine.mesh import Mesh
 from engine.plain import INLINE, Fetch, dataclass_from_plain, to_plain
@@ -25,6 +27,9 @@ from engine.recipe import Kinds, Recipe, Step, UnknownStep
 
 APART = ("original", "mesh", "recipe")
 """Fields of a document that have tables of their own."""
+
+MOST_IDS_IN_ALL = 500_000_000
+_RANGES = re.compile(r"[0-9][0-9 -]*")
 
 Store = Callable[[str, NDArray[Any]], None]
 Enter = Callable[[str, str, dict[str, Any]], None]
@@ -235,6 +240,7 @@ class Unpacker:
         self._arrays: dict[str, NDArray[Any]] = {}
         self._recipes: dict[tuple[tuple[str, ...], str, frozenset[int]], Recipe] = {}
         self._made: dict[str, Any] = {}
+        self._unfolded = 0
         self._by_faces: dict[tuple[str, int], Mesh] = {}
 
     def _fetch(self, key: str) -> NDArray[Any]:
@@ -296,6 +302,7 @@ class Unpacker:
             data = self._lists_back(entry["data"]) if entry.get("apart") else entry.get("data")
             if not isinstance(kind, str) or not isinstance(data, dict):
                 raise FileError("A step in the file has no kind or no data.")
+            self._refuse_flood(data)
             known = self._kinds.get(kind)
             step: Step
             try:
@@ -307,6 +314,14 @@ class Unpacker:
             self._made[key] = step
         found: Step = self._made[key]
         return found
+
+    def _refuse_flood(self, data: dict[str, Any]) -> None:
+        """Refuse a few bytes of ranges that would unfold to more ids than any mesh here has."""
+        largest = max((mesh.n for mesh in self._by_faces.values()), default=0)
+        ids = _ids_in_texts(data)
+        self._unfolded += ids
+        if ids > 4 * largest + 1000 or self._unfolded > MOST_IDS_IN_ALL:
+            raise FileError("A step in the file names more vertices than any surface in it has.")
 
     def _lists_back(self, data: Any) -> Any:
         if isinstance(data, dict):
@@ -324,12 +339,11 @@ class Unpacker:
             raise FileError("A document in the file has no list of steps.")
         if not all(type(i) is int and 0 <= i < len(steps) for i in muted):
             raise FileError("A document in the file mutes a step that it does not have.")
-        recipe = self._recipe(steps, str(data.get("digest", "")), muted)
-        given = {
+        given: dict[str, Any] = {
             "original": self.mesh(data.get("original")),
             "mesh": self.mesh(data.get("mesh")),
-            "recipe": recipe,
         }
+        given["recipe"] = self._recipe(steps, str(data.get("digest", "")), muted)
         document = dataclass_from_plain(Document, data, self._fetch, given)
         _check_ids(document)
         return document
@@ -365,10 +379,22 @@ def _check_ids(document: Document) -> None:
         if ids.ndim != 1 or (len(ids) and not 0 <= ids.min() <= ids.max() < n):
             raise FileError(f"A region or curve in the file names a vertex outside 0 to {n - 1}.")
     for stroke in draft.strokes:
-        if stroke.target.shape != (len(stroke.anchors), 2):
-            raise FileError("A stroke in the file has not one target point for each anchor.")
+        check_stroke(stroke)
+    check_options(draft.options)
     if not 0.0 <= draft.level <= 1.0:
         raise FileError(f"The level {draft.level:g} in the file is not between 0 and 1.")
+
+
+def _ids_in_texts(data: Any) -> int:
+    """Count the vertex ids that texts such as “3-17 20” in a step's data would unfold to."""
+    if isinstance(data, dict):
+        return sum(_ids_in_texts(entry) for entry in data.values())
+    if isinstance(data, list):
+        return sum(_ids_in_texts(entry) for entry in data if not isinstance(entry, int | float))
+    if not isinstance(data, str) or not _RANGES.fullmatch(data):
+        return 0
+    pairs = (part.split("-") for part in data.split())
+    return sum(max(0, int(pair[-1][:20]) - int(pair[0][:20])) + 1 for pair in pairs)
 
 
 def readable_moments(

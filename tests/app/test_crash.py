@@ -21,6 +21,7 @@ from app.crash import CrashDialog, CrashWatch, about, native_crashes
 from app.recovery_bar import sentence
 from app.window import Window
 from engine import Draft, HistoryState, open_archive
+from engine.files.place import beside
 from engine.journal import recover
 from plugins.registry import kinds
 from tests.app.driving import picture, settled
@@ -448,6 +449,22 @@ def test_logging_out_keeps_the_work_for_the_next_start(safe_window, qtbot) -> No
     assert found.why == "closed"
     assert "closed by the system" in sentence(found)
     found.release()
+
+
+def test_what_killed_saves_left_is_swept_at_the_next_start(
+    safe_window, qtbot, sphere_file: Path
+) -> None:
+    window = safe_window()
+    with qtbot.waitSignal(window.session.opened, timeout=30_000):
+        window.session.open(sphere_file)
+    with beside(sphere_file, ".ply") as part:
+        name = part.name
+    stray = sphere_file.with_name(name.replace(f"-{os.getpid()}-", f"-{2**22 + 1}-"))
+    stray.write_bytes(b"half")
+    after = safe_window()
+    qtbot.waitUntil(lambda: not stray.exists())
+    assert sphere_file.exists()
+    assert after.session.problem == ""
 
 
 def test_opening_another_file_keeps_unsaved_work(safe_window, qtbot, sphere_file: Path) -> None:

@@ -18,10 +18,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine import Document, EngineError, FileError, History, UnknownStep
+from engine import (
+    Document,
+    Draft,
+    EditOptions,
+    EngineError,
+    FileError,
+    History,
+    SketchEdit,
+    Source,
+    Stroke,
+    UnknownStep,
+)
 from engine.archive import FORMAT_VERSION, Archive, open_archive, save_archive
 from engine.files.place import beside
-from tests.engine.histories import KINDS, PNG, fingerprint, grid, history
+from tests.engine.histories import KINDS, PNG, fingerprint, grid, history, view
 
 WINDOW = {"camera": [0.1, 2, None, "a"], "open": {"x": True}}
 
@@ -411,6 +422,74 @@ def test_an_absurd_manifest_is_refused(
     change: Any, whole: tuple[bytes, str], tmp_path: Path
 ) -> None:
     refused(with_manifest(whole[0], tmp_path / "a.eigenform", change))
+
+
+SKETCH = {
+    "roi": "5-10",
+    "level": 0.5,
+    "strokes": [{"anchors": [5, 6], "view": view().to_json(), "target": [[1.0, 2.0], [3.0, 4.0]]}],
+}
+
+
+def sketches(**changes: Any) -> Any:
+    """Make every step a sketch with `changes`."""
+    entry = {"kind": "sketch", "data": {**SKETCH, **changes}}
+
+    def change(manifest: dict[str, Any]) -> None:
+        manifest["steps"] = dict.fromkeys(manifest["steps"], entry)
+
+    return change
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"roi": "0-99999999"},
+        {"roi": "0-99999999999999999999999"},
+        {"roi": " ".join(["0-4000"] * 3)},
+        {"level": 1e300},
+        {"level": "high"},
+        {"options": {"polish": 10**9}},
+        {"options": {"amount": 1e308}},
+        {"options": {"rim": "none"}},
+        {"options": {"pins": [10**30]}},
+        {"strokes": [{**SKETCH["strokes"][0], "target": [[1e300, 0.0], [0.0, 0.0]]}]},
+        {"strokes": [{**SKETCH["strokes"][0], "anchors": [5, 5]}]},
+        {"strokes": "many"},
+        {"strokes": [[]] * 10},
+    ],
+    ids=str,
+)
+def test_a_recipe_with_absurd_numbers_costs_its_steps(
+    changes: dict[str, Any], whole: tuple[bytes, str], tmp_path: Path
+) -> None:
+    kinds = {"nudge": SketchEdit, "sketch": SketchEdit}
+    path = with_manifest(whole[0], tmp_path / "a.eigenform", sketches())
+    assert open_archive(path, kinds).report == ()
+    path = with_manifest(whole[0], tmp_path / "a.eigenform", sketches(**changes))
+    found = open_archive(path, kinds)
+    assert found.report[0].startswith("3 of 6 states could not be read.")
+    check_sound(found)
+
+
+def test_a_sketch_comes_back_to_the_last_bit(tmp_path: Path) -> None:
+    mesh = grid(20)
+    roi = np.flatnonzero(np.hypot(*(mesh.vertices[:, :2] - 1 / 6).T) < 0.12)
+    anchors = roi[len(roi) // 2 : len(roi) // 2 + 3]
+    source = Source(anchors, view(), weights=np.array([0.3, 1.0, 1 / 7]))
+    target = source.still(mesh).target + 0.1
+    stroke = Stroke(anchors, view(), target, weights=source.weights)
+    options = EditOptions(
+        depth_hold=1 / 3, amount=0.7, pins=(int(roi[0]),), mirror=(1.0, 0.0, 0.0, 0.2)
+    )
+    edit = SketchEdit(roi, 1 / 3, (stroke,), options)
+    begun = History(Document.open(mesh))
+    begun.add(begun.current.with_draft(Draft(roi, 1 / 3, source, (stroke,), options)), "Draft")
+    begun.add(begun.current.with_step(edit, mesh), "Sketch")
+    save_archive(tmp_path / "a.eigenform", begun.state())
+    found = open_archive(tmp_path / "a.eigenform", {"sketch": SketchEdit})
+    assert found.report == ()
+    assert fingerprint(found.state) == fingerprint(begun.state())
 
 
 HARMLESS: list[tuple[str, Any]] = [
