@@ -40,10 +40,9 @@ bench: $(VENV)/ready/check
 	$(PY) -m pip install -q -c constraints.txt --no-build-isolation -e ".[bench]"
 	$(PY) -m bench $(ARGS)
 
-pictures: $(VENV)/ready/run
-	for name in vase tank drill plate; do \
-	  $(PY) -m app demo $$name --out pictures-out/$$name || exit 1; \
-	done
+# All pictures of the README and the guide; ARGS=--all also dark and at twice the size, to look at.
+pictures: $(VENV)/ready/test
+	xvfb-run -a -s "-screen 0 2600x1800x24" $(PY) -m tests.pictures $(ARGS)
 
 # A random walk through the window, for MINUTES.
 MINUTES ?= 10

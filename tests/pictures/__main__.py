@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -48,6 +49,8 @@ def main() -> int:
             )
             if done.returncode:
                 failed.append(f"{scene} ({theme}, {scale}x)")
+    if not given.scenes:
+        figures()
     if failed:
         print("failed:", ", ".join(failed), file=sys.stderr)
     return 1 if failed else 0
@@ -79,6 +82,19 @@ def take(scene: str, theme: str, folder: Path) -> int:
             for path in stage.kept:
                 shrink(path)
     return 0
+
+
+def figures() -> None:
+    """Redo the paper's figures and keep the sheets that the README shows."""
+    from app.demo import demo
+
+    for name, figure in (("vase", 12), ("tank", 13), ("drill", 14), ("plate", 11)):
+        folder = ROOT / "pictures-out" / name
+        demo(name, folder)
+        sheet = SHOWN / f"figure-{figure}.png"
+        SHOWN.mkdir(parents=True, exist_ok=True)
+        shutil.copy(folder / sheet.name, sheet)
+        shrink(sheet)
 
 
 def shrink(path: Path) -> None:
