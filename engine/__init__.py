@@ -4,6 +4,7 @@ from engine.align import Alignment, align
 from engine.anchors import AnchorPath, anchor_path, trace_anchors
 from engine.archive import Archive, open_archive, save_archive
 from engine.arrays import B1, F64, I64
+from engine.closest import Closest, closest_points
 from engine.data_step import DataStep, ids_from_text, ids_to_text
 from engine.decomposition import decompose, decompose_stream, decompose_until
 from engine.detail import Decomposition
@@ -35,7 +36,7 @@ from engine.io import (
     sweep_strays,
 )
 from engine.mesh import Mesh, Topology
-from engine.mirror import mirrored_region, symmetry_plane
+from engine.mirror import mirrored_region, reflected, symmetry_plane
 from engine.operators import cotangent_stiffness, mean_curvature, vertex_areas
 from engine.patch_drag import drag_patch
 from engine.prepared import EditResult, PreparedEdit

@@ -1,0 +1,200 @@
+"""Symmetrise: one side becomes the mirror image of the other; the region fades out at its rim."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import ClassVar, Literal
+
+import numpy as np
+import scipy.sparse as sp
+
+from plugins.api import (
+    F64,
+    I64,
+    Context,
+    DataStep,
+    Document,
+    EngineError,
+    Gesture,
+    Mesh,
+    Pointer,
+    Result,
+    Run,
+    Tool,
+    closest_points,
+    cotangent_stiffness,
+    decompose_until,
+    factorise,
+    reflected,
+    symmetry_plane,
+    vertex_areas,
+)
+
+# Lengths over which a vertex and its neighbours move together, in shares of the diagonal, round by
+# round: without it the vertices before a bump would crowd on its near side.
+TOGETHER = (0.05, 0.03, 0.02, 0.01)
+NO_REGION = np.zeros(0, dtype=np.int64)
+
+Side = Literal["plus_side", "minus_side"]
+
+
+@dataclass(frozen=True, eq=False)
+class SymmetriseStep(DataStep):
+    """Moves the vertices on one side of a plane onto the mirror image of the other side.
+
+    `plane` is a, b, c, d with a x + b y + c z = d, or empty for the plane that fits best; the kept
+    side is that of its normal, or the other. An empty `roi` means the whole mesh. `fade` is how far
+    the change fades in from the rim of a region, 0 to 1. Faces stay as they are, so the mirror
+    image is exact up to the size of the triangles.
+    """
+
+    roi: I64
+    plane: tuple[float, ...] = ()
+    keep: Side = "plus_side"
+    fade: float = field(default=0.5, metadata={"min": 0.0, "max": 1.0})
+    kind: ClassVar[str] = "symmetrise"
+    label: ClassVar[str] = "Symmetrise"
+
+    def apply(self, mesh: Mesh, run: Run | None = None) -> Mesh:
+        """Return the symmetric mesh."""
+        run = run or Run()
+        plane = self._plane(mesh, run)
+        moving = other_side(mesh, plane)
+        inside = moving[np.isin(moving, self.roi)] if len(self.roi) else moving
+        if len(inside) == 0:
+            raise EngineError(
+                "The region lies on the side that is kept. Keep the other side, or choose a region "
+                "that reaches across the plane."
+            )
+        key = ("mirror image", mesh.digest, plane)
+        image = run.memo.get(key, lambda: mirror_image(mesh, plane, moving, run))
+        share = rim_share(mesh, self.roi, self.fade, run) if len(self.roi) else np.ones(mesh.n)
+        vertices = mesh.vertices.copy()
+        vertices[inside] += share[inside, None] * (image[inside] - vertices[inside])
+        return mesh.with_vertices(vertices)
+
+    def _plane(self, mesh: Mesh, run: Run) -> tuple[float, ...]:
+        """Return the plane with a unit normal that points to the kept side."""
+        if len(self.plane) not in (0, 4) or (self.plane and not any(self.plane[:3])):
+            raise EngineError("A plane is four numbers a, b, c, d with a normal that is not zero.")
+        key = ("symmetry plane", mesh.digest)
+        found = np.array(self.plane or run.memo.get(key, lambda: symmetry_plane(mesh)[0]))
+        if not self.plane:
+            found = found * np.sign(found[np.abs(found[:3]).argmax()])
+        unit = found / np.linalg.norm(found[:3])
+        return tuple((unit if self.keep == "plus_side" else -unit).tolist())
+
+
+def other_side(mesh: Mesh, plane: tuple[float, ...]) -> I64:
+    """Return the ids of the vertices on the side that the plane's normal points away from."""
+    height = mesh.vertices @ np.array(plane[:3]) - plane[3]
+    return np.flatnonzero((height < -1e-9 * mesh.diagonal) & mesh.topology.used_vertices)
+
+
+def mirror_image(mesh: Mesh, plane: tuple[float, ...], moving: I64, run: Run) -> F64:
+    """Return positions (n, 3) with `moving` on the mirror image of the other side.
+
+    In a few rounds every vertex goes to the closest point of the image, first together with all its
+    neighbours, then more and more by itself: u solves (M + t K) u = M d for the ways d.
+    """
+    normal, offset = np.array(plane[:3]), plane[3]
+    kept = np.ones(mesh.n, dtype=bool)
+    kept[moving] = False
+    if not kept.any():
+        raise EngineError("Nothing lies on the side that is kept. Keep the other side.")
+    source = np.asarray(kept[mesh.faces].any(axis=1))
+    M = sp.diags_array(np.maximum(vertex_areas(mesh), 1e-12 * mesh.diagonal**2))
+    K = cotangent_stiffness(mesh)
+    x = mesh.vertices.copy()
+
+    def way(at: F64) -> F64:
+        normals = mesh.with_vertices(at).vertex_normals[moving]
+        normals = normals - 2 * np.outer(normals @ normal, normal)
+        found = closest_points(mesh, reflected(at[moving], plane), normals, source).points
+        # What a triangle across the plane holds beyond it has no image on this side.
+        beyond = np.minimum(found @ normal - offset, 0.0)
+        d = np.zeros_like(at)
+        d[moving] = reflected(found - beyond[:, None] * normal, plane) - at[moving]
+        return d
+
+    for i, length in enumerate(TOGETHER):
+        run.tick(i / (len(TOGETHER) + 1), "Finding the mirror image")
+        factor = factorise(sp.csr_array(M + (length * mesh.diagonal) ** 2 * K))
+        x[moving] += factor.solve(M @ way(x))[moving]
+    run.tick(len(TOGETHER) / (len(TOGETHER) + 1), "Finding the mirror image")
+    return x + way(x)
+
+
+def rim_share(mesh: Mesh, roi: I64, fade: float, run: Run) -> F64:
+    """Return the share (n,) of the change that each vertex takes: 0 at the rim, 1 inside.
+
+    It is the height of a membrane under pressure over the region, cut off and eased.
+    """
+    parts = run.memo.get(
+        ("membrane", mesh.digest, roi.tobytes()), lambda: decompose_until(mesh, roi, 0.0, run=run)
+    )
+    height = parts.factor.solve(parts.areas[:, None])[:, 0]
+    rise = np.clip(height / height.max() / (0.05 + 0.9 * fade), 0.0, 1.0)
+    share = np.zeros(mesh.n)
+    share[parts.roi] = rise**2 * (3 - 2 * rise)
+    return share
+
+
+@dataclass(frozen=True)
+class SymmetriseOptions:
+    """What the person sets."""
+
+    across: Literal["found", "x", "y", "z"] = field(
+        default="found",
+        metadata={
+            "label": "Across",
+            "tip": "The plane that fits best, or the one across an axis through the middle",
+        },
+    )
+    keep: Side = field(
+        default="plus_side", metadata={"label": "Keep", "tip": "The side that is mirrored"}
+    )
+    fade: float = field(
+        default=0.5,
+        metadata={
+            "label": "Fade",
+            "tip": "How far the change fades in from the region's rim",
+            "min": 0.0,
+            "max": 1.0,
+            "step": 0.05,
+        },
+    )
+
+
+class Symmetrise(Tool):
+    """Makes the form, or the region, symmetric."""
+
+    id = "symmetrise"
+    title = "Symmetrise"
+    tip = "Make one side the mirror image of the other"
+    icon = "mdi6.reflect-horizontal"
+    label = "Symmetrise"
+    order = 140
+    live = True
+    Options = SymmetriseOptions
+
+    def hint(self, document: Document) -> str:
+        """Say what will change, and how to keep it."""
+        what = "the model" if document.draft.roi is None else "the region"
+        return f"Choose the plane and the side to keep; Enter makes {what} symmetric"
+
+    def gesture(self, context: Context, pointer: Pointer) -> Gesture:
+        """Take no strokes."""
+        yield from ()
+        return None
+
+    def enter(self, context: Context) -> Result:
+        """Return the step for the options as they are."""
+        options, document = context.options, context.document
+        plane: tuple[float, ...] = ()
+        if options.across != "found":
+            axis = "xyz".index(options.across)
+            normal = np.eye(3)[axis]
+            plane = (*normal.tolist(), float(document.mesh.bounds.mean(axis=0)[axis]))
+        roi = document.draft.roi
+        return SymmetriseStep(NO_REGION if roi is None else roi, plane, options.keep, options.fade)

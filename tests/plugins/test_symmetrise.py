@@ -1,0 +1,108 @@
+"""Symmetrise: one side mirrored, the kept side untouched, regions fading out at their rim."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from engine import Document, EngineError, Mesh, Run, closest_points, drag_patch, reflected
+from engine.measure import rim_dihedral
+from plugins.symmetrise import NO_REGION, Symmetrise, SymmetriseOptions, SymmetriseStep
+from tests.app.driving import bumpy_sphere
+from tests.plugins.test_sketch_tools import FlatContext
+
+ACROSS_X = (1.0, 0.0, 0.0, 0.0)
+
+
+def asymmetry(mesh: Mesh, plane: tuple[float, ...]) -> np.ndarray:
+    """Distances of the mirrored vertices to the surface, (n,)."""
+    return closest_points(mesh, reflected(mesh.vertices, plane)).distances
+
+
+@pytest.fixture(scope="module")
+def dented() -> Mesh:
+    """A bumpy sphere about the origin with a horn on its right side."""
+    sphere = bumpy_sphere()
+    x = sphere.vertices - sphere.bounds.mean(axis=0)
+    sphere = Mesh(x, sphere.faces)
+    tip = x[x[:, 0].argmax()]
+    away = np.linalg.norm(x - tip, axis=1) / np.linalg.norm(tip)
+    M = np.eye(4)
+    M[:3, 3] = 0.35 * tip
+    return drag_patch(sphere, np.flatnonzero(away < 0.8), np.flatnonzero(away < 0.2), M)
+
+
+@pytest.mark.parametrize("keep", ["plus_side", "minus_side"])
+def test_the_other_side_becomes_the_mirror_image(dented: Mesh, keep: str) -> None:
+    after = SymmetriseStep(NO_REGION, ACROSS_X, keep).apply(dented)
+    side = dented.vertices[:, 0] * (1 if keep == "plus_side" else -1)
+    assert after.faces is dented.faces
+    assert (after.vertices[side >= 0] == dented.vertices[side >= 0]).all()
+    before, now = asymmetry(dented, ACROSS_X), asymmetry(after, ACROSS_X)
+    assert before.max() > 0.05 * dented.diagonal
+    assert np.percentile(now, 99) < 0.004 * dented.diagonal
+    assert np.sqrt((now**2).mean()) < 0.05 * np.sqrt((before**2).mean())
+    reach = np.ptp(after.vertices[:, 0]) / 2
+    assert reach == pytest.approx(side.max(), rel=0.02), "as far on both sides"
+    # Nothing is turned over or squeezed to nothing.
+    size = np.linalg.norm(after.face_normals, axis=1)
+    assert size.min() > 0.01 * np.median(size)
+
+
+def test_a_symmetric_form_stays_and_doing_it_twice_adds_nothing(dented: Mesh) -> None:
+    once = SymmetriseStep(NO_REGION, ACROSS_X).apply(dented)
+    twice = SymmetriseStep(NO_REGION, ACROSS_X).apply(once)
+    moved = np.linalg.norm(twice.vertices - once.vertices, axis=1)
+    assert np.percentile(moved, 99) < 0.02 * dented.diagonal
+    assert asymmetry(twice, ACROSS_X).mean() < 0.002 * dented.diagonal
+
+
+def test_the_plane_is_found_and_the_scale_of_its_normal_does_not_matter(dented: Mesh) -> None:
+    turned = Mesh(dented.vertices + np.array([5.0, -3.0, 2.0]), dented.faces)
+    run = Run()
+    given = SymmetriseStep(NO_REGION, (3.0, 0.0, 0.0, 15.0)).apply(turned, run)
+    unit = SymmetriseStep(NO_REGION, (1.0, 0.0, 0.0, 5.0)).apply(turned, run)
+    assert given.vertices == pytest.approx(unit.vertices, abs=1e-12)
+    symmetric = SymmetriseStep(NO_REGION).apply(given, run)
+    shift = np.linalg.norm(symmetric.vertices - given.vertices, axis=1)
+    assert np.median(shift) < 0.02 * turned.diagonal
+
+
+def test_a_region_fades_out_at_its_rim(dented: Mesh) -> None:
+    x = dented.vertices
+    left = x[x[:, 0].argmin()]
+    roi = np.flatnonzero(np.linalg.norm(x - left, axis=1) < 0.9 * np.linalg.norm(left))
+    step = SymmetriseStep(roi, ACROSS_X, "plus_side", 0.6)
+    after = step.apply(dented)
+    outside = np.setdiff1d(np.arange(dented.n), roi)
+    assert (after.vertices[outside] == x[outside]).all()
+    assert rim_dihedral(after, roi) < rim_dihedral(dented, roi) + np.radians(3)
+    whole = SymmetriseStep(NO_REGION, ACROSS_X).apply(dented)
+    middle = x[:, 0].argmin()
+    assert after.vertices[middle] == pytest.approx(whole.vertices[middle])
+    again = SymmetriseStep.from_json(step.to_json())
+    assert (again.apply(dented).vertices == after.vertices).all()
+    everything = SymmetriseStep.from_json(SymmetriseStep(NO_REGION, ACROSS_X).to_json())
+    assert (everything.apply(dented).vertices == whole.vertices).all()
+
+
+def test_what_cannot_be_is_told(dented: Mesh) -> None:
+    right = np.flatnonzero(dented.vertices[:, 0] > 0.1 * dented.diagonal)
+    with pytest.raises(EngineError, match="side that is kept"):
+        SymmetriseStep(right, ACROSS_X, "plus_side").apply(dented)
+    with pytest.raises(EngineError, match="Nothing lies"):
+        SymmetriseStep(NO_REGION, (1.0, 0.0, 0.0, 1e6)).apply(dented)
+    with pytest.raises(EngineError, match="four numbers"):
+        SymmetriseStep(NO_REGION, (0.0, 0.0, 0.0, 1.0)).apply(dented)
+
+
+def test_the_tool_gives_the_step_for_its_options(dented: Mesh) -> None:
+    tool, context = Symmetrise(), FlatContext(Document.open(dented))
+    context.options = SymmetriseOptions()
+    assert tool.enter(context).plane == ()
+    assert "the model" in tool.hint(context.document)
+    context.options = SymmetriseOptions(across="y", keep="minus_side")
+    step = tool.enter(context)
+    assert step.plane == pytest.approx((0, 1, 0, dented.bounds.mean(axis=0)[1]))
+    assert len(step.roi) == 0
+    assert list(tool.gesture(context, None)) == []
