@@ -97,7 +97,7 @@ def dataclass_from_plain(
     """
     _checked(data, isinstance(data, dict), f"the fields of {kind.__name__}")
     values: dict[str, Any] = dict(given or {})
-    hints = get_type_hints(kind)
+    hints = _hints(kind)
     for field in dataclasses.fields(kind):  # type: ignore[arg-type]
         if field.init and field.name in data and field.name not in values:
             values[field.name] = from_plain(hints[field.name], data[field.name], fetch)
@@ -105,6 +105,16 @@ def dataclass_from_plain(
         return kind(**values)
     except (TypeError, ValueError) as error:
         raise FileError(f"{kind.__name__} cannot be made from the file: {error}.") from error
+
+
+_HINTS: dict[Any, dict[str, Any]] = {}
+
+
+def _hints(kind: Any) -> dict[str, Any]:
+    # Working them out takes a millisecond, and a document asks for them a thousand times.
+    if kind not in _HINTS:
+        _HINTS[kind] = get_type_hints(kind)
+    return _HINTS[kind]
 
 
 def _checked(data: Any, good: bool, wanted: str) -> Any:
