@@ -90,7 +90,8 @@ def figures() -> None:
 
     for name, figure in (("vase", 12), ("tank", 13), ("drill", 14), ("plate", 11)):
         folder = ROOT / "pictures-out" / name
-        demo(name, folder)
+        for _ in demo(name, folder):
+            pass
         sheet = SHOWN / f"figure-{figure}.png"
         SHOWN.mkdir(parents=True, exist_ok=True)
         shutil.copy(folder / sheet.name, sheet)
