@@ -65,8 +65,8 @@ def _edit(window: Window) -> list[Action]:
     def can_redo(_document: Document | None) -> bool:
         return session.history is not None and session.history.can_redo
 
-    def can_apply(document: Document | None) -> bool:
-        return document is not None and document.draft.edit() is not None
+    def can_apply(_document: Document | None) -> bool:
+        return window.toolhost.can_enter()
 
     return [
         Action("edit.undo", "Undo", session.undo, ("Ctrl+Z",), "mdi6.undo", can_undo, menu,

@@ -36,6 +36,7 @@ class Stage(QObject):
         self._flow_to: F64 | None = None
         self._began = 0.0
         self._original = False
+        self._paused = False
         self._curves: set[str] = set()
         self._roi: object = None
         self._ids: I64 | None = None
@@ -60,6 +61,14 @@ class Stage(QObject):
         self._stop()
         self._shown(False)
 
+    def pause(self, on: bool) -> None:
+        """Leave the viewport to somebody else, or put on it again what the session says."""
+        self._paused = on
+        self._stop()
+        if not on and self._drawn is not None:
+            self._viewport.set_vertices(self._drawn)
+            self._shown(False)
+
     def stop(self) -> None:
         """End what moves by itself, for closing."""
         self._clock.stop()
@@ -78,7 +87,7 @@ class Stage(QObject):
 
     def _shown(self, flowing: bool) -> None:
         shown, document = self._session.shown, self._session.document
-        if shown is None or document is None or self._mesh is None:
+        if shown is None or document is None or self._mesh is None or self._paused:
             return
         if shown.faces is not self._mesh.faces:
             self._mesh = shown

@@ -218,6 +218,14 @@ class ToolHost(QObject):
             log.info("Tool %s raised", self._active, exc_info=True)
             self._fail(tool, error)
 
+    def can_enter(self) -> bool:
+        """Whether Enter has something to do: strokes to apply, or a tool with its own answer."""
+        document, tool = self._session.document, self.active
+        if document is None or tool is None or self._session.applying:
+            return False
+        own = type(tool).enter is not Tool.enter
+        return document.draft.edit() is not None or (own and self.available(self._active))
+
     def _begin(self, event: Pointer) -> None:
         tool = self.active
         if tool is None or self._session.document is None or self._session.applying:

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
     QMainWindow,
     QMenu,
     QScrollArea,
+    QSplitter,
     QVBoxLayout,
     QWidget,
 )
@@ -25,10 +26,12 @@ from PySide6.QtWidgets import (
 from app.actions import Actions
 from app.ask import Ask
 from app.commands import commands
+from app.compare import Compare
 from app.documents import Documents
 from app.hint import HintLine
 from app.keys import Keys
 from app.look import Appearance, Theme
+from app.modes import ModesViewer
 from app.palette import Palette
 from app.panels.edit import EditPanel
 from app.panels.level import LevelPanel
@@ -71,6 +74,8 @@ class Window(QMainWindow):
         self.safety: Safety | None = None
         self.actions_table = Actions(self, self.viewport)
         self.hint = HintLine(self.viewport)
+        self.modes = ModesViewer(self.session, self.stage, self.viewport)
+        self.compare: Compare | None = None
         self.welcome = Welcome(self.session, self.viewport)
         self.level = LevelPanel(self.session, self)
         self.edit = EditPanel(self.session, self)
@@ -116,7 +121,10 @@ class Window(QMainWindow):
         middle.setContentsMargins(0, 0, 0, 0)
         middle.setSpacing(0)
         middle.addWidget(self.strip)
-        middle.addWidget(self.viewport, 1)
+        self.split = QSplitter(Qt.Orientation.Horizontal, self)
+        self.split.setChildrenCollapsible(False)
+        self.split.addWidget(self.viewport)
+        middle.addWidget(self.split, 1)
         row = QHBoxLayout()
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(0)
@@ -160,6 +168,8 @@ class Window(QMainWindow):
         self.viewport.cancelled.connect(host.cancel)
         self.viewport.alt_scrolled.connect(self._level_by_wheel)
         self.edit.apply_asked.connect(host.enter)
+        self.steps.compare_asked.connect(self.compare_with)
+        self.level.set_viewer(self.modes)
         self.stage.settled.connect(self._picture_soon)
         self.documents.pictures = self.steps.pictures
         session.unpacked.connect(lambda archive: self.steps.take_pictures(dict(archive.pictures)))
@@ -170,6 +180,8 @@ class Window(QMainWindow):
 
     def _dress(self, theme: Theme) -> None:
         self.viewport.set_theme(theme)
+        if self.compare is not None:
+            self.compare.viewport.set_theme(theme)
         self.actions_table.dress(theme)
         for part in (
             self.level,
@@ -190,6 +202,7 @@ class Window(QMainWindow):
         self.actions_table.refresh(document)
         self.rail.refresh()
         self.strip.refresh()
+        self.edit.set_ready(self.toolhost.can_enter())
         self.hint.set_hint(self._hint(document))
         self.setWindowTitle(f"{document.name}[*] – Eigenform" if document else "Eigenform")
 
@@ -211,13 +224,14 @@ class Window(QMainWindow):
         if history is None or self.stage.flowing or not self.steps.wants_picture():
             return
         seen = self.viewport.grabFramebuffer()
-        side = min(seen.height() * THUMBNAIL.width() // THUMBNAIL.height(), seen.width())
-        middle = seen.copy((seen.width() - side) // 2, 0, side, seen.height())
+        shape = THUMBNAIL.scaled(seen.size(), Qt.AspectRatioMode.KeepAspectRatio)
+        left, top = (seen.width() - shape.width()) // 2, (seen.height() - shape.height()) // 2
+        middle = seen.copy(left, top, shape.width(), shape.height())
         ratio = self.devicePixelRatioF()
         picture = QPixmap.fromImage(
             middle.scaled(
                 THUMBNAIL * ratio,
-                Qt.AspectRatioMode.KeepAspectRatioByExpanding,
+                Qt.AspectRatioMode.IgnoreAspectRatio,
                 Qt.TransformationMode.SmoothTransformation,
             )
         )
@@ -227,6 +241,7 @@ class Window(QMainWindow):
     def _opened(self) -> None:
         document = self.session.document
         self.plate.hide()
+        self.end_compare()
         if document is not None:
             self.viewport.set_unit(document.unit)
             self.viewport.set_reference(document.original.vertices)
@@ -248,6 +263,29 @@ class Window(QMainWindow):
         self.safety = Safety(self, folder)
         self.safety.watch.start()
         self.safety.look_for_work()
+
+    # ---- comparing
+
+    def compare_with(self, moment_id: int) -> None:
+        """Show a moment of the history beside the current one."""
+        history = self.session.history
+        if history is None or moment_id not in history.moments:
+            return
+        if self.compare is None:
+            self.compare = Compare(self.session, self.viewport, self.appearance.theme, self)
+            self.compare.closed.connect(self.end_compare)
+            self.split.addWidget(self.compare)
+            half = self.split.width() // 2
+            self.split.setSizes([half, half])
+        self.compare.show_moment(history.moments[moment_id])
+
+    def end_compare(self) -> None:
+        """Show the current one alone."""
+        if self.compare is not None:
+            compare, self.compare = self.compare, None
+            compare.end()
+            compare.setParent(None)
+            compare.deleteLater()
 
     # ---- files
 
@@ -387,6 +425,8 @@ class Window(QMainWindow):
             application.removeEventFilter(self)
         QSettings().setValue("window/geometry", self.saveGeometry())
         self.toolhost.cancel()
+        self.end_compare()
+        self.modes.stop()
         self.stage.stop()
         self.session.close()
         self.viewport.close()

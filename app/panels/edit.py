@@ -134,10 +134,12 @@ class EditPanel(Panel):
         self.rim.setCurrentIndex(max(self.rim.findData(options.rim), 0))
         self.rectify.setChecked(options.rectify)
         del blockers
-        ready = document is not None and document.draft.edit() is not None
-        self.apply.setEnabled(ready and not self._session.applying)
         self.apply.setText("Applying…" if self._session.applying else "Apply")
         self._list_strokes()
+
+    def set_ready(self, ready: bool) -> None:
+        """Say whether Apply has something to do."""
+        self.apply.setEnabled(ready)
 
     def _list_strokes(self) -> None:
         while (item := self._strokes.takeAt(0)) is not None:

@@ -5,9 +5,19 @@ from __future__ import annotations
 import math
 
 from PySide6.QtCore import QSignalBlocker, Qt, QTimer
-from PySide6.QtWidgets import QDoubleSpinBox, QGridLayout, QHBoxLayout, QLabel, QSlider, QWidget
+from PySide6.QtWidgets import (
+    QDoubleSpinBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QSlider,
+    QSpinBox,
+    QToolButton,
+    QWidget,
+)
 
-from app.look import Theme
+from app.look import Theme, icon
+from app.modes import ModesViewer
 from app.panels.charts import Histogram, LevelCurve
 from app.panels.panel import GRID, Panel, plain_number
 from app.session import Session
@@ -59,9 +69,42 @@ class LevelPanel(Panel):
         self.histogram = Histogram(self)
         self.curve = LevelCurve(self)
         self.curve.asked.connect(self._modes_asked)
+        self.modes_button = QToolButton(self)
+        self.modes_button.setCheckable(True)
+        self.modes_button.setToolTip("See the shape of the modes on the form (Fig. 5)")
+        self.modes_button.setAccessibleName("See the modes")
+        self.modes_button.toggled.connect(self._modes_toggled)
+        figures.addWidget(self.modes_button, 2, 2)
+        for row in (0, 1):
+            field = figures.itemAtPosition(row, 1)
+            assert field is not None
+            figures.addWidget(field.widget(), row, 1, 1, 2)
+        self._viewer: ModesViewer | None = None
+        self._modes_row = QWidget(self)
+        self.mode = QSpinBox(self)
+        self.mode.setRange(1, 1)
+        self.mode.setPrefix("Mode ")
+        self.mode.setAccessibleName("Mode shown")
+        plain_number(self.mode)
+        self.mode.valueChanged.connect(self._mode_asked)
+        self.play = QToolButton(self)
+        self.play.setCheckable(True)
+        self.play.setChecked(True)
+        self.play.setToolTip("Let the mode swing")
+        self.play.setAccessibleName("Play")
+        self.play.toggled.connect(self._mode_asked)
+        self.wave = QLabel(self)
+        line = QHBoxLayout(self._modes_row)
+        line.setContentsMargins(0, 0, 0, 0)
+        line.setSpacing(GRID)
+        line.addWidget(self.mode, 1)
+        line.addWidget(self.wave)
+        line.addWidget(self.play)
+        self._modes_row.hide()
         self.body.addWidget(self.slider)
         self.body.addLayout(ends)
         self.body.addLayout(figures)
+        self.body.addWidget(self._modes_row)
         self.body.addWidget(self.histogram)
         self.body.addWidget(self.curve)
         self._charts = QTimer(self)
@@ -72,9 +115,41 @@ class LevelPanel(Panel):
         session.decomposition_changed.connect(self.refresh)
         self.refresh()
 
+    def set_viewer(self, viewer: ModesViewer) -> None:
+        """Let the button show modes in `viewer`."""
+        self._viewer = viewer
+        viewer.changed.connect(self._viewer_changed)
+
+    def _modes_toggled(self, on: bool) -> None:
+        if self._viewer is None:
+            return
+        if on:
+            self._mode_asked()
+        else:
+            self._viewer.hide()
+
+    def _mode_asked(self) -> None:
+        known = self._session.decomposition
+        if self._viewer is None or known is None or not self.modes_button.isChecked():
+            return
+        self.mode.setMaximum(max(known.k, 1))
+        self._viewer.show(self.mode.value(), self.play.isChecked())
+
+    def _viewer_changed(self) -> None:
+        shown = self._viewer is not None and self._viewer.mode is not None
+        known, document = self._session.decomposition, self._session.document
+        self._modes_row.setVisible(shown)
+        with QSignalBlocker(self.modes_button):
+            self.modes_button.setChecked(shown)
+        if shown and known is not None and document is not None:
+            length = known.wavelength(self.mode.value())
+            self.wave.setText(f"{length:.3g} {document.unit} long")
+
     def dress(self, theme: Theme) -> None:
         """Take the colours of `theme`."""
         super().dress(theme)
+        self.modes_button.setIcon(icon("mdi6.waves", theme))
+        self.play.setIcon(icon("mdi6.play", theme))
         self.histogram.dress(theme)
         self.curve.dress(theme)
         for label in (self._base, self._full):
@@ -88,6 +163,7 @@ class LevelPanel(Panel):
         on = document is not None and document.draft.roi is not None
         for widget in (self.slider, self.percent, self.feature, self.modes):
             widget.setEnabled(on)
+        self.modes_button.setEnabled(on and known is not None and known.k > 0)
         if document is None:
             return
         level = document.draft.level

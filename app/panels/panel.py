@@ -86,6 +86,6 @@ class Panel(QWidget):
 def plain_number(box: QAbstractSpinBox) -> None:
     """Make a number field plain: typing, arrows and wheel, no tiny buttons."""
     box.setStyleSheet(_NUMBER)
-    box.setMinimumHeight(32)
+    box.setMinimumSize(72, 32)  # not as wide as the largest number it could hold
     box.setKeyboardTracking(False)
     box.lineEdit().setTextMargins(8, 0, 8, 0)
