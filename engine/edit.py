@@ -138,6 +138,11 @@ class EditOptions:
     mirror: tuple[float, ...] = ()
     free_borders: bool = False
 
+    def __post_init__(self) -> None:
+        # Lists from a script become tuples, so that options stay hashable.
+        object.__setattr__(self, "pins", tuple(self.pins))
+        object.__setattr__(self, "mirror", tuple(self.mirror))
+
     def to_json(self) -> dict[str, Any]:
         """Return the options that differ from the defaults."""
         standard = EditOptions()

@@ -87,8 +87,53 @@ def prepare_edit(
     anchors : (c,) vertex ids of each stroke; none prepares what the anchors do not change.
     """
     roi = np.asarray(roi, dtype=np.int64)
+    chains = tuple(np.asarray(chain, dtype=np.int64) for chain in anchors)
+    kept: Memo = run.memo.get("prepared edits", lambda: Memo(2))
+    key = (mesh.digest, roi.tobytes(), level, tuple(c.tobytes() for c in chains), options)
+    return kept.get(key, lambda: _prepared(mesh, roi, level, chains, options, run, decomposition))
+
+
+def _prepared(
+    mesh: Mesh,
+    roi: I64,
+    level: float,
+    chains: tuple[I64, ...],
+    options: EditOptions,
+    run: Run,
+    decomposition: Decomposition | None,
+) -> PreparedEdit:
     if options.mirror:
         roi = mirrored_region(mesh, roi, options.mirror)
+    surface = _level_surface(mesh, roi, level, options, run, decomposition)
+    inside = surface.decomposition.roi
+    twins = Twins(mesh, inside, options.mirror) if options.mirror else None
+    asked = [chain for chain in (*chains, _pins(options)) if len(chain)]
+    if twins is not None:
+        asked += [twins.of(chain) for chain in asked]
+    ids = np.concatenate([np.zeros(0, dtype=np.int64), *asked])
+    moving = np.unique(np.searchsorted(inside, ids[np.isin(ids, inside)]))
+    if len(chains) and len(moving) == 0:
+        raise SketchError(
+            "No anchor of the strokes can move: they lie outside the region or on an open border. "
+            "Draw the source curve inside the region."
+        )
+    handles = surface.handles.get(moving.tobytes(), lambda: Handles(surface.lse, moving, run))
+    polish = None
+    if options.polish and len(moving):
+        polish = surface.polish.get(
+            moving.tobytes(), lambda: Polish(surface.lse, surface.rings, moving)
+        )
+    return PreparedEdit(mesh, surface, handles, polish, twins, options)
+
+
+def _level_surface(
+    mesh: Mesh,
+    roi: I64,
+    level: float,
+    options: EditOptions,
+    run: Run,
+    decomposition: Decomposition | None,
+) -> LevelSurface:
     region_key = (mesh.digest, roi.tobytes(), options.rim, options.free_borders)
     parts = decomposition
     if parts is None or not _is_of(parts, mesh, roi, options) or not parts.reaches(level):
@@ -104,33 +149,11 @@ def prepare_edit(
         run.tick(0.0, "Preparing the surface")
         return while_polling(run, lambda: LevelSurface(parts, k))
 
-    surface = surfaces.get((*region_key, k), at_level)
-    twins = Twins(mesh, parts.roi, options.mirror) if options.mirror else None
-    ids = np.concatenate([*anchors, _pins(options)]).astype(np.int64)
-    if twins is not None and len(ids):
-        ids = np.concatenate([ids, *(twins.of(i) for i in (*anchors, _pins(options)) if len(i))])
-    moving = np.unique(np.searchsorted(parts.roi, ids[np.isin(ids, parts.roi)]))
-    if len(anchors) and len(moving) == 0:
-        raise SketchError(
-            "No anchor of the strokes can move: they lie outside the region or on an open border. "
-            "Draw the source curve inside the region."
-        )
-
-    def at_anchors() -> Handles:
-        run.tick(0.5, "Preparing the anchors")
-        return Handles(surface.lse, moving, run)
-
-    handles = surface.handles.get(moving.tobytes(), at_anchors)
-    polish = None
-    if options.polish and len(moving):
-        polish = surface.polish.get(
-            moving.tobytes(), lambda: Polish(surface.lse, surface.rings, moving)
-        )
-    return PreparedEdit(mesh, surface, handles, polish, twins, options)
+    return surfaces.get((*region_key, k), at_level)
 
 
 def _pins(options: EditOptions) -> I64:
-    return np.array(options.pins, dtype=np.int64)
+    return np.unique(np.array(options.pins, dtype=np.int64))
 
 
 def _is_of(parts: Decomposition, mesh: Mesh, roi: I64, options: EditOptions) -> bool:
@@ -329,7 +352,7 @@ class PreparedEdit:
         return inside, np.searchsorted(self._handles.anchors, np.searchsorted(roi, ids[inside]))
 
     def _pin_rows(self) -> Rows:
-        pins = np.unique(_pins(self._options))
+        pins = _pins(self._options)
         if self._twins is not None and len(pins):
             pins = np.union1d(pins, self._twins.of(pins))
         _, which = self._moving(pins)
