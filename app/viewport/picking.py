@@ -100,15 +100,14 @@ class Sight:
         candidates = candidates[mask[pixel[:, 1], pixel[:, 0]]]
         return candidates if through else candidates[self._visible(candidates)]
 
-    @cached_property
-    def _sides(self) -> tuple[B1, B1]:
-        """Which vertices have a triangle seen from outside, and which one seen from inside."""
-        outside = facing(self.screen, self.faces)
-        n = len(self.vertices)
-        return touched(self.faces, outside, n), touched(self.faces, ~outside, n)
-
     def _visible(self, candidates: I64) -> B1:
-        return visible(candidates, self.ids, self.screen, self.faces, *self._sides, self._deepest)
+        n = len(self.vertices)
+        mine = np.zeros(n, dtype=bool)
+        mine[candidates] = True
+        around = self.faces[mine[self.faces].any(axis=1)]
+        outside = facing(self.screen, around)
+        front, back = touched(around, outside, n), touched(around, ~outside, n)
+        return visible(candidates, self.ids, self.screen, self.faces, front, back, self._deepest)
 
     @cached_property
     def _deepest(self) -> NDArray[np.float32]:

@@ -7,7 +7,7 @@ import numpy as np
 from app.viewport.surface import Surface
 from engine.arrays import I64
 
-CELLS_ACROSS = 160
+CELLS_ACROSS = 128
 
 
 def clustered(positions: np.ndarray, faces: I64, cells: int = CELLS_ACROSS) -> tuple[I64, I64]:

@@ -183,11 +183,16 @@ def _hidden(vertices: I64, screen: F64, faces: I64) -> B1:
     some = inside[near[there[:, 1], there[:, 0]]]
     if len(some) == 0:
         return hidden
-    middles = screen[faces[some], :2].mean(axis=1)
+    corners = screen[faces[some]]
     pairs = cKDTree(place[:, :2]).sparse_distance_matrix(
-        cKDTree(middles), reach, output_type="coo_matrix"
+        cKDTree(corners[..., :2].mean(axis=1)), reach, output_type="coo_matrix"
     )
-    row, face = pairs.row, faces[some[pairs.col]]
+    row, column = pairs.row, pairs.col
+    # Most pairs go by their boxes: the rest is tested exactly.
+    least, most = corners.min(axis=1)[column], corners[..., :2].max(axis=1)[column]
+    at = place[row]
+    could = (least <= at).all(axis=1) & (most >= at[:, :2]).all(axis=1)
+    row, face = row[could], faces[some[column[could]]]
     foreign = ~(face == vertices[row, None]).any(axis=1)
     row, face = row[foreign], face[foreign]
     hidden[row[_contains(place[row], screen, face)]] = True
