@@ -24,6 +24,7 @@ from engine.run import Run
 # the dense system regular when two strokes share an anchor and disagree.
 _FIRM = 1e-10
 _ROWS_OF_ONE_STROKE = 2
+LARGEST_RESPONSE = 400_000_000
 # Two sight planes fix a direction well from about 16 degrees between them.
 _WELL_FIXED = 0.02
 
@@ -96,14 +97,23 @@ class Handles:
     lse : the region's energy.
     anchors : (c,) positions of the anchors in the region's `roi`, ascending, each once.
     run : progress and cancel.
+    largest_bytes : how large the response matrix may be. Beyond it only the anchors' own rows are
+        kept, and a moved target takes one solve instead of a matrix product.
     """
 
-    def __init__(self, lse: Lse, anchors: I64, run: Run) -> None:
+    def __init__(
+        self, lse: Lse, anchors: I64, run: Run, largest_bytes: int = LARGEST_RESPONSE
+    ) -> None:
         self._lse = lse
         self.anchors = anchors
-        unit = (3 * anchors[:, None] + np.arange(3)).ravel()
-        self._response = lse.responses(unit, run)
-        compliance = self._response[unit]
+        self._unit = (3 * anchors[:, None] + np.arange(3)).ravel()
+        whole = 8 * 3 * lse.m * len(self._unit) <= largest_bytes
+        self._response = lse.responses(self._unit, run) if whole else None
+        compliance = (
+            lse.responses(self._unit, run, at=self._unit)
+            if self._response is None
+            else self._response[self._unit]
+        )
         self.compliance: F64 = (compliance + compliance.T) / 2
 
     def displacement(self, rows: Rows) -> F64:
@@ -129,7 +139,15 @@ class Handles:
             raise SolveError(
                 "What the strokes and pins ask for cannot be solved. Draw the last one again."
             ) from error
-        d = self._response @ (C.T @ multipliers)
+        d = self._answer(C.T @ multipliers)
         if not np.isfinite(d).all():
             raise SolveError("The deformed surface is not finite. Draw the last stroke again.")
         return np.asarray(d).reshape(-1, 3)
+
+    def _answer(self, force: F64) -> F64:
+        """Return N^-1 E f for forces f at the anchors, (3m,)."""
+        if self._response is not None:
+            return np.asarray(self._response @ force)
+        load = np.zeros(3 * self._lse.m)
+        load[self._unit] = force
+        return self._lse.factor.solve(load)

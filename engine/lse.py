@@ -186,8 +186,14 @@ class Lse:
         self.matrix.setdiag(self.matrix.diagonal() + still)
         self.factor: Factor = factorise(self.matrix)
 
-    def responses(self, unit: I64, run: Run) -> F64:
+    def responses(self, unit: I64, run: Run, at: I64 | None = None) -> F64:
         """Return N^-1 e for unit forces at the degrees of freedom `unit` (u,), as (3m, u).
+
+        Parameters
+        ----------
+        unit : (u,) degrees of freedom.
+        run : progress and cancel.
+        at : keep these rows only; None keeps all.
 
         Raises
         ------
@@ -195,7 +201,8 @@ class Lse:
             They do not balance the forces to 1e-6.
         Cancelled
         """
-        response = np.empty((3 * self.m, len(unit)), order="F")
+        rows = slice(None) if at is None else at
+        response = np.empty((3 * self.m if at is None else len(at), len(unit)), order="F")
         # The blocks are the same whatever the number of threads, so the bits are too.
         starts = range(0, len(unit), _BLOCK)
 
@@ -203,16 +210,17 @@ class Lse:
             part = unit[start : start + _BLOCK]
             force = np.zeros((3 * self.m, len(part)), order="F")
             force[part, np.arange(len(part))] = 1.0
-            return self.factor.solve_unchecked(force)
+            answer = self.factor.solve_unchecked(force)
+            self._check(answer, part)
+            return answer[rows]
 
         for start, block in zip(starts, two_at_a_time(run, solved, starts), strict=True):
             run.tick(0.5 + 0.5 * start / len(unit), "Preparing the anchors")
             response[:, start : start + block.shape[1]] = block
-        self._check(response, unit)
         return response
 
     def _check(self, response: F64, unit: I64) -> None:
-        """Check all responses at once, by one combination of them that cancels nothing."""
+        """Check a block of responses at once, by one combination that cancels nothing."""
         share = 1.0 + np.arange(len(unit)) % 7 / 7.0
         force = np.zeros(3 * self.m)
         force[unit] = share

@@ -109,6 +109,16 @@ class TestRegion:
         free[at] = False
         assert np.linalg.norm(force.reshape(-1, 3)[free]) < 1e-6 * np.linalg.norm(force)
 
+    def test_without_room_for_the_responses_the_answer_is_the_same(self) -> None:
+        at = np.array([100, 200, 210, 330])
+        rng = np.random.default_rng(0)
+        directions = rng.normal(size=(8, 3))
+        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        rows = Rows(np.repeat(np.arange(4), 2), directions, rng.normal(size=8), np.zeros(8))
+        roomy = Handles(self.lse, at, Run()).displacement(rows)
+        tight = Handles(self.lse, at, Run(), largest_bytes=0).displacement(rows)
+        assert np.abs(roomy - tight).max() < 1e-8 * np.abs(roomy).max()
+
     def test_no_way_to_go_moves_nothing(self) -> None:
         assert not pulled(self.lse, self.region, self.region.roi[[100]], np.zeros(3)).any()
 
