@@ -21,6 +21,8 @@ from engine.mesh import Mesh
 TINT = 0.46  # how much of the region's violet lies over the clay
 FEATHER = 5  # rings of vertices over which the tint fades out
 #: Thickness in logical pixels by role.
+_KEPT = 60_000  # vertices of the region that a stand-in may keep as they are
+_NO_IDS: I64 = np.zeros(0, dtype=np.int64)
 _GHOST_GAP = 0.02  # scene units: below this the ghost would only flicker on the form
 _LINE = {"rim": 2.5, "source": 5.0, "guide": 2.0, "region": 2.5, "target": 4.0, "pin": 12.0}
 
@@ -140,6 +142,11 @@ class Scene:
         if self._rim is not None:
             self.renderer.RemoveActor(self._rim[1].actor)
             self._rim = None
+        if self.stand_in is not None:
+            # Another part is worked on: the next stand-in keeps that one whole.
+            self.use_stand_in(False)
+            self.renderer.RemoveActor(self.stand_in.surface.actor)
+            self.stand_in = None
         self._region = ids
         self._weight = None
         if self.surface is None:
@@ -315,7 +322,8 @@ class Scene:
         if self.surface is None:
             return
         if wanted and self.stand_in is None:
-            self.stand_in = StandIn(self.surface)
+            kept = self._region if self._region is not None else _NO_IDS
+            self.stand_in = StandIn(self.surface, kept if len(kept) <= _KEPT else None)
             self.stand_in.surface.actor.SetProperty(self.surface.actor.GetProperty())
             self.stand_in.surface.actor.SetShaderProperty(self.surface.actor.GetShaderProperty())
             self.renderer.AddActor(self.stand_in.surface.actor)

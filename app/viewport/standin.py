@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from app.viewport.surface import Surface
 from engine.arrays import I64
@@ -10,37 +13,49 @@ from engine.arrays import I64
 CELLS_ACROSS = 128
 
 
-def clustered(positions: np.ndarray, faces: I64, cells: int = CELLS_ACROSS) -> tuple[I64, I64]:
+def clustered(
+    positions: NDArray[Any], faces: I64, cells: int = CELLS_ACROSS, kept: I64 | None = None
+) -> tuple[I64, I64]:
     """Return one vertex id per occupied grid cell (c,) and the faces between them (g, 3).
 
     Rossignac and Borrel's vertex clustering. The vertices that remain are vertices of the form, so
-    colours and normals are looked up, not computed.
+    that colours and normals are looked up, not computed. Those in `kept` all remain: they are the
+    part that one is working on.
     """
     low, high = positions.min(axis=0), positions.max(axis=0)
     step = float((high - low).max()) / cells or 1.0
     at = ((positions - low) / step).astype(np.int64)
     key = (at[:, 0] * (cells + 2) + at[:, 1]) * (cells + 2) + at[:, 2]
+    if kept is not None:
+        key[kept] = (cells + 2) ** 3 + np.arange(len(kept))
     _, first, cluster = np.unique(key, return_index=True, return_inverse=True)
     small = cluster[faces]
-    kept = (
+    proper = (
         (small[:, 0] != small[:, 1]) & (small[:, 1] != small[:, 2]) & (small[:, 2] != small[:, 0])
     )
-    small = small[kept]
-    low_first = np.argmin(small, axis=1)
-    turned = small[np.arange(len(small))[:, None], (low_first[:, None] + np.arange(3)) % 3]
-    count = np.int64(len(first))
-    _, unique = np.unique(
-        (turned[:, 0] * count + turned[:, 1]) * count + turned[:, 2], return_index=True
-    )
-    return first.astype(np.int64), np.ascontiguousarray(turned[unique], dtype=np.int64)
+    return first.astype(np.int64), _without_doubles(small[proper], len(first))
+
+
+def _without_doubles(faces: I64, n: int) -> I64:
+    """Return each of `faces` (g, 3) once, in the orientation it has."""
+    row, least = np.arange(len(faces))[:, None], np.argmin(faces, axis=1)[:, None]
+    turned = faces[row, (least + np.arange(3)) % 3].astype(np.int64)
+    _, once = np.unique((turned[:, 0] * n + turned[:, 1]) * n + turned[:, 2], return_index=True)
+    return np.ascontiguousarray(turned[once])
 
 
 class StandIn:
-    """The lighter surface of one heavy surface; it follows its positions and colours."""
+    """The lighter surface of one heavy surface; it follows its positions and colours.
 
-    def __init__(self, surface: Surface) -> None:
+    Parameters
+    ----------
+    surface : the heavy one.
+    kept : ids of vertices that are shown as they are, or None.
+    """
+
+    def __init__(self, surface: Surface, kept: I64 | None = None) -> None:
         self._of = surface
-        self._ids, faces = clustered(surface.positions, surface.faces)
+        self._ids, faces = clustered(surface.positions, surface.faces, kept=kept)
         self.surface = Surface(surface.positions[self._ids], faces, (255, 255, 255))
         self.surface.actor.VisibilityOff()
         self.surface.actor.PickableOff()

@@ -39,6 +39,7 @@ REST_MS = 160
 SLOW_FRAME_MS = 80.0
 HEAVY_FACES = 150_000
 CUBE_MARGIN = 12
+_SAMPLES = 8
 _NONE: I64 = np.zeros(0, dtype=np.int64)
 _TYPED_INTO = (QLineEdit, QAbstractSpinBox, QComboBox)
 
@@ -135,7 +136,7 @@ class Viewport(QtInteractor):
         super().initializeGL()
         name = str(self.context().functions().glGetString(0x1F01) or "").lower()
         self._software = any(word in name for word in ("llvmpipe", "softpipe", "swrast"))
-        self.render_window.SetMultiSamples(0 if self._software else 8)
+        self.render_window.SetMultiSamples(0 if self._software else _SAMPLES)
         self.renderer.SetUseFXAA(self._software)
 
     def resizeGL(self, width: int, height: int) -> None:
@@ -313,8 +314,16 @@ class Viewport(QtInteractor):
         self.renderer.SetSSAOBias(0.15)
         self.renderer.SetSSAOKernelSize(64)
         self.renderer.SetSSAOBlur(True)
+        # Its passes know no multisampling: edges are smoothed by the filter instead.
+        self.render_window.SetMultiSamples(0 if on or self._software else _SAMPLES)
+        self.renderer.SetUseFXAA(self._filtered)
         self.update()
         return on
+
+    @property
+    def _filtered(self) -> bool:
+        """Whether edges are smoothed by a filter over the picture, at rest."""
+        return self.software or bool(self.renderer.GetUseSSAO())
 
     # Pictures and measures
 
@@ -598,7 +607,7 @@ class Viewport(QtInteractor):
             self._rest_timer.start()
             return
         self.scene.use_stand_in(False)
-        self.renderer.SetUseFXAA(bool(self._software))
+        self.renderer.SetUseFXAA(self._filtered)
         self.maps.rested()
         self._apply_eye()
         self.update()

@@ -372,6 +372,25 @@ def test_a_heavy_form_turns_as_a_lighter_one_and_rests_as_itself(qtbot, monkeypa
     stage.close()
 
 
+def test_the_region_of_a_heavy_form_is_never_lightened(qtbot, monkeypatch):
+    monkeypatch.setattr(widget, "SLOW_FRAME_MS", 0.0)
+    stage = Stage(torus(90_000))
+    viewport = stage.viewport
+    ids = viewport.vertices_inside(stage.ellipse(0.15))
+    viewport.set_region(ids)
+    viewport.set_vertices(viewport.vertices[ids] * 1.02, ids)
+    assert viewport.scene.standing_in
+    shown = viewport.scene.stand_in
+    assert np.isin(ids, shown._ids).all()
+    place = np.searchsorted(np.sort(shown._ids), ids)
+    moved = viewport.scene.surface.positions[ids]
+    assert (shown.surface.positions[np.argsort(shown._ids)[place]] == moved).all()
+    viewport.set_region(None)
+    assert not viewport.scene.standing_in
+    assert viewport.scene.surface.actor.GetVisibility()
+    stage.close()
+
+
 def test_clustering_keeps_the_form_and_its_orientation():
     mesh = torus(60_000)
     ids, faces = clustered(mesh.vertices, mesh.faces, cells=60)
