@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from engine.arrays import B1, F64, I64
@@ -104,12 +105,36 @@ def repeated_faces(f: I64) -> B1:
 
 def places(v: F64) -> I64:
     """Return a number for each vertex, (n,), equal for vertices at exactly the same place."""
-    v = v + 0.0
-    order = np.lexsort((v[:, 2], v[:, 1], v[:, 0]))
-    new = (np.diff(v[order], axis=0) != 0).any(axis=1)
+    # Adding zero turns -0.0 into 0.0: both are the same place.
+    rows = np.ascontiguousarray(v + 0.0)
+    keys = _mixed_bits(rows)
+    order = np.argsort(keys)
+    new = np.diff(keys[order]) != 0
+    apart = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
+    if (apart & ~new).any():
+        # Two places share a key (or are not finite): sort by the coordinates themselves.
+        order = np.lexsort((rows[:, 2], rows[:, 1], rows[:, 0]))
+        new = (rows[order[1:]] != rows[order[:-1]]).any(axis=1)
     place = np.empty(len(v), dtype=np.int64)
-    place[order] = np.concatenate([[0], np.cumsum(new)])
+    place[order] = np.concatenate([np.zeros(1, np.int64), np.cumsum(new)])[: len(v)]
     return place
+
+
+def _all_apart(v: F64) -> bool:
+    """Return whether no two vertices are at the same place; now and then False where it is so."""
+    keys = np.sort(_mixed_bits(np.ascontiguousarray(v + 0.0)))
+    return not bool((keys[1:] == keys[:-1]).any())
+
+
+def _mixed_bits(rows: F64) -> NDArray[np.uint64]:
+    """Return one number for the three coordinates of each row, (n,): equal for equal rows."""
+    mixed = np.zeros(len(rows), dtype=np.uint64)
+    for column in rows.view(np.uint64).T:
+        # The shifts bring the upper bits down, which alone differ in rounded numbers.
+        mixed ^= column ^ (column >> np.uint64(32))
+        mixed *= np.uint64(0x9E3779B97F4A7C15)
+        mixed ^= mixed >> np.uint64(29)
+    return mixed
 
 
 def areas(v: F64, f: I64) -> F64:
@@ -120,11 +145,15 @@ def areas(v: F64, f: I64) -> F64:
 
 def flat_faces(v: F64, f: I64) -> B1:
     """Return which faces have no area: a height below 1e-9 of their longest edge, (f,)."""
-    a, b, c = (v[f[:, i]] for i in range(3))
-    longest = np.maximum.reduce([np.abs(b - a).max(1), np.abs(c - b).max(1), np.abs(a - c).max(1)])
-    scale = np.where(longest > 0, longest, 1.0)[:, None]
-    twice = np.linalg.norm(np.cross((b - a) / scale, (c - a) / scale), axis=1)
-    return np.asarray((longest == 0) | (twice <= 1e-9))
+    x, y, z = np.ascontiguousarray(v.T)
+    a, b, c = np.ascontiguousarray(f.T)
+    p = [axis[b] - axis[a] for axis in (x, y, z)]
+    q = [axis[c] - axis[a] for axis in (x, y, z)]
+    longest = np.maximum.reduce([np.abs(d) for d in (*p, *q)])
+    scale = np.where(longest > 0, longest, 1.0)
+    p, q = [d / scale for d in p], [d / scale for d in q]
+    squared = sum((p[i] * q[j] - p[j] * q[i]) ** 2 for i, j in ((1, 2), (2, 0), (0, 1)))
+    return np.asarray((longest == 0) | (squared <= 1e-18))
 
 
 def volume(v: F64, f: I64) -> float:
@@ -142,9 +171,9 @@ def joined(v: F64, f: I64) -> I64:
     edge as exactly two. Surfaces that merely touch stay apart, and so does what was taken apart
     where three faces meet: else a cleaned file would change again at every opening.
     """
-    place = places(v)
-    if int(place.max()) + 1 == len(v):
+    if _all_apart(v):
         return f
+    place = places(v)
     border = _Edges(f[~collapsed_faces(f)], len(v))
     candidate = border.ends(border.counts == 1)
     first = np.full(len(v), len(v))
@@ -172,9 +201,9 @@ def doubled_faces(v: F64, f: I64) -> B1:
     where a piece lies with every face on other faces it is a copy.
     """
     again = repeated_faces(f)
-    place = places(v)
-    if int(place.max()) + 1 == len(v):
+    if _all_apart(v):
         return again
+    place = places(v)
     return again | (repeated_faces(place[f]) & _in_doubled_pieces(f, place))
 
 

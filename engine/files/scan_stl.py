@@ -6,6 +6,7 @@ import numpy as np
 
 from engine.arrays import F64, I64
 from engine.errors import FileError
+from engine.files.defects import places
 from engine.files.report import Change, counted
 from engine.files.soup import Soup
 from engine.files.text import decimals, plain_text, tokenise
@@ -113,17 +114,16 @@ def _welded(corners: F64, triangles: int, declared: int, notes: list[Change]) ->
         return Soup(
             "STL", np.empty((0, 3)), np.empty(0, np.int64), np.empty(0, np.int64), 0, 0, notes
         )
-    # Adding zero turns -0.0 into 0.0: both are the same place.
-    rows = np.ascontiguousarray(corners + 0.0)
-    keys = rows.view(np.dtype((np.void, rows.itemsize * 3))).ravel()
-    _, at, inverse = np.unique(keys, return_index=True, return_inverse=True)
-    order = np.argsort(at)
-    rank: I64 = np.empty(len(at), dtype=np.int64)
-    rank[order] = np.arange(len(at))
+    place = places(corners)
+    first = np.full(int(place.max()) + 1, len(corners))
+    np.minimum.at(first, place, np.arange(len(corners)))
+    order = np.argsort(first)
+    rank: I64 = np.empty(len(first), dtype=np.int64)
+    rank[order] = np.arange(len(first))
     return Soup(
         "STL",
-        rows[at[order]],
-        rank[inverse.ravel()],
+        corners[first[order]],
+        rank[place],
         np.full(triangles, 3, dtype=np.int64),
         len(corners),
         declared,
