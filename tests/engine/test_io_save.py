@@ -125,12 +125,15 @@ def test_a_file_that_may_not_grow_leaves_the_old_one_whole(
     before = target.read_bytes()
     assert worker.pid is not None
     most = int(share * len(before))
-    psutil.Process(worker.pid).rlimit(psutil.RLIMIT_FSIZE, (most, most))
+    process = psutil.Process(worker.pid)
+    free = process.rlimit(psutil.RLIMIT_FSIZE)
+    process.rlimit(psutil.RLIMIT_FSIZE, (most, free[1]))
     try:
         with pytest.raises(FileError, match="was not saved") as refusal:
             save(sheet(1), target)
     finally:
-        worker.stop()
+        if process.is_running():
+            process.rlimit(psutil.RLIMIT_FSIZE, free)
     assert target.name in str(refusal.value)
     assert "unchanged" in str(refusal.value)
     assert_old_file_whole(target, before)

@@ -121,7 +121,7 @@ def kill_worker(target: Path, rng: random.Random) -> str:
     return ""
 
 
-def run(count: int, seed: int, folder: Path, programs: float = 0.3) -> Tally:
+def run(count: int, seed: int, folder: Path, programs: float = 0.1) -> Tally:
     """Kill `count` times: the share `programs` of them the whole program, the others the worker."""
     rng = random.Random(seed)
     tally = Tally()
@@ -143,6 +143,8 @@ def run(count: int, seed: int, folder: Path, programs: float = 0.3) -> Tally:
         others = [p.name for p in folder.iterdir() if p.suffix not in SUFFIXES or p.name[0] == "."]
         if others:
             tally.faults.append(f"kill {i}: left behind {others}")
+        if i % 50 == 49:
+            print(f"{i + 1} kills, {len(tally.faults)} faults", flush=True)
     return tally
 
 
