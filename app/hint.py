@@ -33,6 +33,7 @@ class HintLine(QFrame):
         row.addWidget(self._sign, 0, Qt.AlignmentFlag.AlignTop)
         row.addWidget(self._text, 1)
         self._theme: Theme | None = None
+        self._looks: tuple[Theme, str, str] | None = None
         self.problem = self.said = self.notice = self.hint = ""
         self._fade = QTimer(self)
         self._fade.setSingleShot(True)
@@ -91,6 +92,10 @@ class HintLine(QFrame):
         name = "mdi6.alert-circle-outline" if bad else "mdi6.lightbulb-on-outline"
         if not bad and self.notice and not self.said:
             name = "mdi6.check"
+        if (theme, text, name) == self._looks:
+            return
+        # A gesture sets the same words several times over; styling them anew takes milliseconds.
+        self._looks = (theme, text, name)
         self._sign.setPixmap(icon(name, theme, front if bad else theme.faint).pixmap(20, 20))
         self.setStyleSheet(
             f"#hint {{ background: {back}; border: 1px solid {edge}; border-radius: 8px; }}"
