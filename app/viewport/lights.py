@@ -29,9 +29,15 @@ def light_up(renderer: vtkRenderer) -> None:
 
 
 def background(renderer: vtkRenderer, theme: Theme) -> None:
-    """Lay the quiet vertical gradient of the theme; it is dithered, so it shows no bands."""
-    renderer.SetBackground(*rgb(theme.ground))
-    renderer.SetBackground2(*rgb(theme.sky))
+    """Lay the quiet vertical gradient of the theme; it is dithered, so it shows no bands.
+
+    Ambient occlusion in VTK 9.7 fills the ground with one colour: then it is the mean of both.
+    """
+    ground, sky = rgb(theme.ground), rgb(theme.sky)
+    if renderer.GetUseSSAO():
+        ground = tuple((a + b) / 2 for a, b in zip(ground, sky, strict=True))
+    renderer.SetBackground(*ground)
+    renderer.SetBackground2(*sky)
     renderer.SetGradientBackground(True)
     renderer.SetDitherGradient(True)
 

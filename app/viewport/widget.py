@@ -317,6 +317,7 @@ class Viewport(QtInteractor):
         # Its passes know no multisampling: edges are smoothed by the filter instead.
         self.render_window.SetMultiSamples(0 if on or self._software else _SAMPLES)
         self.renderer.SetUseFXAA(self._filtered)
+        self.scene.set_theme(self.scene.theme)
         self.update()
         return on
 

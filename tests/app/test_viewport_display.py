@@ -415,6 +415,20 @@ def test_picking_does_not_change_the_picture(stage):
     assert np.abs(picture(viewport) - before).max() == 0
 
 
+def test_occlusion_darkens_grooves_and_is_left_off_on_a_processor(stage, monkeypatch):
+    viewport = stage.viewport
+    if viewport.software:
+        assert not viewport.occlusion_available
+        assert not viewport.set_occlusion(True)
+        monkeypatch.setattr(viewport, "_software", False)
+    plain = picture(viewport)
+    assert viewport.set_occlusion(True)
+    occluded = picture(viewport)
+    viewport.set_occlusion(False)
+    assert occluded[120:170, 60:240].mean() < plain[120:170, 60:240].mean() - 0.5
+    assert np.abs(picture(viewport) - plain).mean() < 0.5
+
+
 def test_theme_changes_the_ground(stage):
     viewport = stage.viewport
     viewport.set_theme(LIGHT)
