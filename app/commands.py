@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from app.window import Window
 
 LEVEL_STEP = 0.02
+UNITS = (("mm", "millimetre"), ("cm", "centimetre"), ("m", "metre"), ("in", "inch"))
 
 
 def commands(window: Window) -> list[Action]:
@@ -35,6 +36,10 @@ def commands(window: Window) -> list[Action]:
 def _file(window: Window) -> list[Action]:
     menu = "File"
 
+    def unit_is(unit: str) -> bool:
+        document = window.session.document
+        return document is not None and document.unit == unit
+
     def restore() -> None:
         if window.safety is not None:
             window.safety.restore_set_aside()
@@ -52,6 +57,12 @@ def _file(window: Window) -> list[Action]:
                with_document, menu),
         Action("file.recipe", "Save recipe…", window.ask_recipe, (), "mdi6.script-text-outline",
                with_document, menu),
+        *(
+            Action(f"file.unit.{unit}", f"One unit is a {words}",
+                   lambda unit=unit: window.session.set_unit(unit), enabled=with_document,
+                   menu=menu, checked=lambda unit=unit: unit_is(unit))
+            for unit, words in UNITS
+        ),
         Action("file.quit", "Quit", window.close, ("Ctrl+Q",), menu=menu),
     ]  # fmt: skip
 

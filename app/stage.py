@@ -40,6 +40,7 @@ class Stage(QObject):
         self._curves: set[str] = set()
         self._roi: object = None
         self._ids: I64 | None = None
+        self._ghost_of: Mesh | None = None
         self._clock = QTimer(self)
         self._clock.setInterval(FRAME_MS)
         self._clock.timeout.connect(self._frame)
@@ -82,7 +83,7 @@ class Stage(QObject):
         self._drawn = document.mesh.vertices
         self._roi = None
         self._curves.clear()
-        self._ids = None
+        self._ids = self._ghost_of = None
         self._viewport.set_mesh(document.mesh)
 
     def _shown(self, flowing: bool) -> None:
@@ -93,7 +94,7 @@ class Stage(QObject):
             self._mesh = shown
             self._drawn = shown.vertices
             self._viewport.set_mesh(shown, keep_camera=True)
-            self._roi = self._ids = None
+            self._roi = self._ids = self._ghost_of = None
             self._marks()
         wanted = shown.vertices
         if self._original and document.original.faces is shown.faces:
@@ -150,7 +151,10 @@ class Stage(QObject):
     def _ghost(self, document: Document) -> None:
         lying = document.draft.roi is not None and not self._original
         lying = lying and not self._session.rests_on_details
-        self._viewport.ghost(document.mesh.vertices if lying else None)
+        wanted = document.mesh if lying else None
+        if wanted is not self._ghost_of:
+            self._ghost_of = wanted
+            self._viewport.ghost(None if wanted is None else wanted.vertices)
 
     def _marks(self) -> None:
         """Region, rim and curves of the current document."""

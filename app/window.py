@@ -204,6 +204,8 @@ class Window(QMainWindow):
         self.strip.refresh()
         self.edit.set_ready(self.toolhost.can_enter())
         self.hint.set_hint(self._hint(document))
+        if document is not None and self.viewport.unit != document.unit:
+            self.viewport.set_unit(document.unit)
         self.setWindowTitle(f"{document.name}[*] – Eigenform" if document else "Eigenform")
 
     def _hint(self, document: Document | None) -> str:

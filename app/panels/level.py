@@ -64,7 +64,7 @@ class LevelPanel(Panel):
             )
         ):
             figures.addWidget(QLabel(label, self), row, 0)
-            figures.addWidget(widget, row, 1)
+            figures.addWidget(widget, row, 1, 1, 1 if widget is self.modes else 2)
         figures.setColumnStretch(1, 1)
         self.histogram = Histogram(self)
         self.curve = LevelCurve(self)
@@ -75,10 +75,6 @@ class LevelPanel(Panel):
         self.modes_button.setAccessibleName("See the modes")
         self.modes_button.toggled.connect(self._modes_toggled)
         figures.addWidget(self.modes_button, 2, 2)
-        for row in (0, 1):
-            field = figures.itemAtPosition(row, 1)
-            assert field is not None
-            figures.addWidget(field.widget(), row, 1, 1, 2)
         self._viewer: ModesViewer | None = None
         self._modes_row = QWidget(self)
         self.mode = QSpinBox(self)
