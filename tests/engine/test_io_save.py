@@ -26,7 +26,7 @@ from tests.soak.export_kills import sheet
 from tests.soak.plain_readers import read_plainly
 
 EXACT = (".obj", ".ply", ".off", ".3mf")
-RIGHT = os.name == "posix" and os.geteuid() == 0
+IS_ROOT = os.name == "posix" and os.geteuid() == 0
 
 
 def awkward_mesh() -> Mesh:
@@ -143,7 +143,7 @@ def test_a_file_that_may_not_grow_leaves_the_old_one_whole(
 def mounted(folder: Path, options: str) -> Iterator[Path]:
     """Mount a memory file system on `folder`, or skip where that is not allowed."""
     folder.mkdir()
-    if not RIGHT:
+    if not IS_ROOT:
         pytest.skip("only root can mount a small disk")
     command = ["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(folder)]
     if subprocess.run(command, capture_output=True, check=False).returncode:
@@ -179,7 +179,7 @@ def test_a_disk_that_can_only_be_read_is_named(tmp_path: Path) -> None:
         save(sheet(0), disk / "a.obj")
 
 
-@pytest.mark.skipif(RIGHT, reason="root may write everywhere")
+@pytest.mark.skipif(IS_ROOT, reason="root may write everywhere")
 def test_a_folder_without_permission_is_named(tmp_path: Path) -> None:
     tmp_path.chmod(0o500)
     with pytest.raises(FileError, match="writing is not allowed there"):
