@@ -16,6 +16,7 @@ from engine import (
     Run,
     SketchEdit,
     Step,
+    applied,
     open_file,
     save,
 )
@@ -50,7 +51,7 @@ def replay_file(
     for i, step in enumerate(recipe.steps):
         if i in recipe.muted:
             continue
-        changed = step.apply(mesh, run)
+        changed = applied(step, mesh, run)
         if report is not None:
             steps.append(measured(step, mesh, changed, run))
         mesh = changed

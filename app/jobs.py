@@ -7,6 +7,7 @@ hand while modes still stream in. Results cross to the window's thread once, by 
 
 from __future__ import annotations
 
+import ctypes
 import logging
 import threading
 import time
@@ -14,13 +15,16 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
 from typing import Any
 
-from PySide6.QtCore import QObject, Qt, Signal, Slot
+from PySide6.QtCore import QObject, Qt, QTimer, Signal, Slot
 
 from engine import Cancelled, EngineError, Memo, Run
 
 log = logging.getLogger(__name__)
 
 Work = Callable[[Run], Any]
+SILENCE = 60.0  # seconds without a tick: work that is not ours has hung
+GRACE = 2.0  # seconds that work may take to end when the person cancels it
+LOOK_MS = 250
 PROGRESS_INTERVAL = 0.05  # seconds between two progress signals: more only costs repaints
 
 
@@ -40,6 +44,10 @@ class Job:
     overtakable : a newer job replaces it only while it waits; once it runs it is finished and
         delivered, so that a hand that moves faster than the engine still sees the form follow.
     finished : called in the window's thread when no more results will come (not when cancelled).
+    stuck : for work that is not ours. When it gives no sign of life for `SILENCE` seconds, or does
+        not end within `GRACE` seconds after the person cancelled it, it is left behind: the engine
+        goes on in a fresh thread, and this is called in the window's thread with the seconds since
+        its last sign.
     """
 
     channel: str
@@ -50,9 +58,33 @@ class Job:
     urgent: bool = False
     overtakable: bool = False
     finished: Callable[[], None] | None = None
+    stuck: Callable[[float], None] | None = None
     run: Run = field(default_factory=Run)
     stream: Generator[Any, None, None] | None = None
     last_report: float = 0.0
+    alive: float = 0.0
+    told: float = 0.0
+    worker: Worker | None = None
+
+
+class Worker:
+    """A thread that computes, and the jobs that it is in: an urgent one inside a slow one."""
+
+    def __init__(self, serve: Callable[[Worker], None]) -> None:
+        self.inside: list[Job] = []
+        self.left = False
+        self.thread = threading.Thread(target=serve, args=(self,), name="engine", daemon=True)
+
+    def interrupt(self) -> None:
+        """End the thread at its next line of Python; native code that it may be in goes on.
+
+        SystemExit ends a thread without a word, and passes through `except Exception`.
+        """
+        number = self.thread.ident
+        if number is not None and self.thread.is_alive():
+            ctypes.pythonapi.PyThreadState_SetAsyncExc(
+                ctypes.c_ulong(number), ctypes.py_object(SystemExit)
+            )
 
 
 class Jobs(QObject):
@@ -77,8 +109,11 @@ class Jobs(QObject):
         self._wake = threading.Condition()
         self._stopping = False
         self._delivered.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
-        self._thread = threading.Thread(target=self._serve, name="engine", daemon=True)
-        self._thread.start()
+        self._look = QTimer(self)
+        self._look.setInterval(LOOK_MS)
+        self._look.timeout.connect(self._look_after)
+        self._worker = Worker(self._serve)
+        self._worker.thread.start()
 
     def submit(
         self,
@@ -91,9 +126,10 @@ class Jobs(QObject):
         urgent: bool = False,
         overtakable: bool = False,
         finished: Callable[[], None] | None = None,
+        stuck: Callable[[float], None] | None = None,
     ) -> Job:
         """Queue `work`; it takes the place of whatever waits or runs in the same channel."""
-        job = Job(channel, work, done, failed, priority, urgent, overtakable, finished)
+        job = Job(channel, work, done, failed, priority, urgent, overtakable, finished, stuck)
         job.run = Run(lambda fraction, text: self._ticked(job, fraction, text), self.memo)
         with self._wake:
             before = self._newest.get(channel)
@@ -104,15 +140,25 @@ class Jobs(QObject):
             self._newest[channel] = job
             self._waiting.append(job)
             self._wake.notify()
+        if stuck is not None and not self._look.isActive():
+            self._look.start()
         return job
 
-    def cancel(self, channel: str) -> None:
-        """Stop what waits or runs in a channel; its results are not delivered any more."""
+    def cancel(self, channel: str, *, asked: bool = False) -> None:
+        """Stop what waits or runs in a channel; its results are not delivered any more.
+
+        Parameters
+        ----------
+        asked : the person asked for it, so work that does not listen is left behind soon.
+        """
         with self._wake:
             had = self._newest.get(channel)
+            if had is not None and asked:
+                had.told = time.monotonic()
             self._cancel(channel)
             for job in [one for one in self._overtaken if one.channel == channel]:
                 job.run.cancel()
+                job.told = time.monotonic() if asked else 0.0
                 self._overtaken.remove(job)
         if had is not None:
             self.idled.emit(channel)
@@ -128,7 +174,10 @@ class Jobs(QObject):
                 self._cancel(channel)
             self._stopping = True
             self._wake.notify()
-        self._thread.join(seconds)
+        self._look.stop()
+        self._worker.thread.join(seconds)
+        if self._worker.thread.is_alive():
+            self._worker.interrupt()
 
     def _cancel(self, channel: str) -> None:
         job = self._newest.pop(channel, None)
@@ -138,17 +187,67 @@ class Jobs(QObject):
         if job in self._waiting:
             self._waiting.remove(job)
 
+    # ---- work that hangs
+
+    def _look_after(self) -> None:
+        """Leave work behind that does not end although it should."""
+        with self._wake:
+            inside = list(self._worker.inside)
+        now = time.monotonic()
+        if not any(job.stuck for job in [*inside, *self._waiting]):
+            self._look.stop()
+        if not inside or inside[-1].stuck is None:
+            return
+        job = inside[-1]
+        silent = now - job.alive
+        if silent > SILENCE or (job.told and now - job.told > GRACE):
+            self._leave_behind(inside, silent)
+
+    def _leave_behind(self, inside: list[Job], silent: float) -> None:
+        """Go on in a fresh thread; what the hung job had interrupted begins again there."""
+        *interrupted, hung = inside
+        log.info("A job in the channel %s, silent for %.0f s, is left behind", hung.channel, silent)
+        with self._wake:
+            left, self._worker = self._worker, Worker(self._serve)
+            left.left = True
+            for job in inside:
+                job.run.cancel()
+            again = [job for job in interrupted if self._newest.get(job.channel) is job]
+            current = self._newest.get(hung.channel) is hung
+            if current:
+                del self._newest[hung.channel]
+            if hung in self._overtaken:
+                self._overtaken.remove(hung)
+        left.interrupt()
+        self._worker.thread.start()
+        for job in again:
+            self.submit(
+                job.channel,
+                job.work,
+                job.done,
+                job.failed,
+                priority=job.priority,
+                urgent=job.urgent,
+                overtakable=job.overtakable,
+                finished=job.finished,
+                stuck=job.stuck,
+            )
+        assert hung.stuck is not None
+        hung.stuck(silent)
+        if current:
+            self.idled.emit(hung.channel)
+
     # ---- engine thread
 
-    def _serve(self) -> None:
+    def _serve(self, worker: Worker) -> None:
         while True:
             with self._wake:
-                self._wake.wait_for(lambda: self._stopping or self._waiting)
-                if self._stopping:
+                self._wake.wait_for(lambda: self._stopping or worker.left or self._waiting)
+                if self._stopping or worker.left:
                     return
                 job = self._take()
             if job is not None:
-                self._advance(job)
+                self._advance(job, worker)
 
     def _take(self, urgent_below: int | None = None) -> Job | None:
         """Remove and return the first job in line; with `urgent_below` only an urgent one."""
@@ -164,8 +263,17 @@ class Jobs(QObject):
             self._waiting.remove(job)
             return job
 
-    def _advance(self, job: Job) -> None:
+    def _advance(self, job: Job, worker: Worker) -> None:
         """Do one job, or one item of a stream; an unfinished stream goes back in line."""
+        job.alive = time.monotonic()
+        job.worker = worker
+        worker.inside.append(job)
+        try:
+            self._work(job)
+        finally:
+            worker.inside.remove(job)
+
+    def _work(self, job: Job) -> None:
         try:
             if job.stream is None:
                 result = job.work(job.run)
@@ -196,12 +304,16 @@ class Jobs(QObject):
 
     def _ticked(self, job: Job, fraction: float, text: str) -> None:
         """Report progress and let urgent work in; called by the engine, often."""
-        now = time.monotonic()
+        now = job.alive = time.monotonic()
+        worker = job.worker
         if now - job.last_report >= PROGRESS_INTERVAL:
             job.last_report = now
             self.progressed.emit(job.channel, float(fraction), text)
+        if worker is None or worker.left:
+            return
         while (other := self._take(urgent_below=job.priority)) is not None:
-            self._advance(other)
+            self._advance(other, worker)
+            job.alive = time.monotonic()
 
     # ---- window's thread
 

@@ -27,6 +27,7 @@ from engine import (
     SketchEdit,
     Source,
     Step,
+    StepError,
 )
 from engine.archive import DOCUMENT_SUFFIX, Archive, open_archive
 from engine.arrays import F64, I64, frozen
@@ -38,6 +39,7 @@ Key = tuple[int, int, str, bool]
 
 KEPT_DECOMPOSITIONS = 6
 SYMMETRIC = 0.01  # share of the diagonal
+HUNG = 10.0  # seconds without a sign after which a step that does not stop is to blame
 REST_MS = 150  # a level that stays this long is worth a factorisation
 
 
@@ -53,6 +55,8 @@ class Session(QObject):
     shown_changed(flowing) : `shown` moved; `flowing` when it should be seen to move there.
     decomposition_changed : more is known about the region (base, then more and more modes).
     problem_changed : `problem` is another sentence, or none.
+    misbehaved(step, reason, wrong) : a step raised, hung or gave nonsense and was given up; when
+        not `wrong` it may only have been slow.
     noticed(text) : something worth a line happened (opened, exported).
     applied : a step was added.
     busy_changed : work began or ended in some channel.
@@ -65,6 +69,7 @@ class Session(QObject):
     shown_changed = Signal(bool)
     decomposition_changed = Signal()
     problem_changed = Signal()
+    misbehaved = Signal(object, str, bool)
     noticed = Signal(str)
     applied = Signal()
     progressed = Signal(str, float, str)
@@ -141,7 +146,12 @@ class Session(QObject):
 
     def cancel(self, channel: str) -> None:
         """Stop the work of a channel; what was reached so far stays."""
-        self.jobs.cancel(channel)
+        self.jobs.cancel(channel, asked=True)
+        document = self.document
+        if channel == "decompose" and document is not None and self.decomposition is None:
+            # Not even the base is there: without it a region is of no use.
+            self._asked = None
+            self._refuse_region(document)
         self.busy_changed.emit()
 
     # ---- changing the document
@@ -248,6 +258,12 @@ class Session(QObject):
             draft = replace(document.draft, level=level)
             self.adjust(document.with_draft(draft), "Level")
 
+    def set_unit(self, unit: str) -> None:
+        """Say what one mesh unit is; nothing is scaled."""
+        document = self.document
+        if document is not None and unit != document.unit:
+            self.change(replace(document, unit=unit), f"Unit: {unit}")
+
     def set_options(self, options: EditOptions) -> None:
         """Solve the edit in another way."""
         document = self.document
@@ -268,13 +284,18 @@ class Session(QObject):
                 self.applied.emit()
 
         def failed(error: Exception) -> None:
-            self.report(error)
+            self._refused(error)
             self._show(flowing=False)
 
         self._previewed = self._preview_mesh = None
         self.jobs.cancel("solve")
         self.jobs.submit(
-            "apply", lambda run: step.apply(document.mesh, run), done, failed, priority=1
+            "apply",
+            lambda run: engine.applied(step, document.mesh, run),
+            done,
+            failed,
+            priority=1,
+            stuck=self._leaving(step),
         )
         self.busy_changed.emit()
 
@@ -316,7 +337,7 @@ class Session(QObject):
         """Drop what was drawn last: a target, else the source, else the region."""
         document = self.document
         if self.applying:
-            self.jobs.cancel("apply")
+            self.jobs.cancel("apply", asked=True)
             return
         if document is None or document.draft.roi is None:
             return
@@ -352,11 +373,12 @@ class Session(QObject):
 
         self.jobs.submit(
             "solve",
-            lambda run: step.apply(document.mesh, run),
+            lambda run: engine.applied(step, document.mesh, run),
             done,
-            self.report,
+            self._refused,
             priority=0,
             overtakable=True,
+            stuck=self._leaving(step),
         )
 
     def end_preview(self) -> None:
@@ -447,6 +469,31 @@ class Session(QObject):
                 f"Something went wrong in Eigenform itself ({type(error).__name__}: {error}). "
                 "Your document is as it was."
             )
+
+    def _refused(self, error: Exception) -> None:
+        """Show why a step was not done; one that misbehaved is the business of its tool."""
+        if isinstance(error, StepError):
+            self.misbehaved.emit(error.step, error.reason, True)
+        else:
+            self.report(error)
+
+    def _leaving(self, step: Step) -> Callable[[float], None] | None:
+        """Return what to do when a step hangs; our own edit may take its time on a large mesh."""
+        if isinstance(step, SketchEdit):
+            return None
+        return lambda silent: self._left_behind(step, silent)
+
+    def _left_behind(self, step: Step, silent: float) -> None:
+        """A step did not come back: go on without it."""
+        # The same step may wait to be applied after its preview.
+        self.jobs.cancel("apply")
+        self._previewed = self._preview_mesh = None
+        if silent > HUNG:
+            self.misbehaved.emit(step, f"gave no sign of life for {silent:.0f} seconds", True)
+        else:
+            self.misbehaved.emit(step, "did not stop when it was told to", False)
+        self._show(flowing=False)
+        self.busy_changed.emit()
 
     def fail(self, sentence: str) -> None:
         """Show a sentence where the person looks, until the next action."""

@@ -10,14 +10,29 @@ import logging
 from collections.abc import Mapping
 from typing import Any, Protocol
 
+import numpy as np
 from PySide6.QtCore import QObject, Signal
 
+from app.patience import Patience
 from app.session import Session
-from engine import Cancelled, Decomposition, Document, EngineError, Mesh, Step, View
+from engine import (
+    Cancelled,
+    Decomposition,
+    Document,
+    Draft,
+    EngineError,
+    Mesh,
+    SketchEdit,
+    Source,
+    Step,
+    View,
+)
 from engine.arrays import F64, I64
 from plugins.api import Gesture, Hit, Pointer, Role, Tool
 
 log = logging.getLogger(__name__)
+
+KEPT = ("original", "mesh", "recipe")  # of a document; only a step changes these
 
 
 class Canvas(Protocol):
@@ -44,6 +59,42 @@ class Canvas(Protocol):
 
 class NonsenseError(Exception):
     """A tool returned something that is neither a document, a step nor None."""
+
+
+def refuse_nonsense(before: Document, after: Document) -> None:
+    """Refuse a document that no tool may make of `before`.
+
+    Raises
+    ------
+    NonsenseError
+    """
+    kept = all(getattr(after, name) is getattr(before, name) for name in KEPT)
+    if not kept:
+        raise NonsenseError("it changed the mesh without a step")
+    draft = after.draft
+    if not isinstance(draft, Draft):
+        raise NonsenseError("its draft is none")
+    if draft.roi is not before.draft.roi and draft.roi is not None:
+        _refuse_ids(draft.roi, before.mesh.n, "its region")
+    if draft.source is not None and draft.source is not before.draft.source:
+        if not isinstance(draft.source, Source):
+            raise NonsenseError("its source is none")
+        _refuse_ids(np.sort(draft.source.anchors), before.mesh.n, "its source")
+    try:
+        SketchEdit(np.zeros(0, np.int64), draft.level, draft.strokes, draft.options).check(
+            before.mesh
+        )
+    except (EngineError, AttributeError, TypeError, ValueError) as error:
+        raise NonsenseError(f"its draft cannot be solved: {error}") from error
+
+
+def _refuse_ids(ids: object, n: int, what: str) -> None:
+    good = isinstance(ids, np.ndarray) and ids.ndim == 1 and ids.dtype.kind in "iu" and len(ids)
+    if not good:
+        raise NonsenseError(f"{what} is not an array of vertex ids")
+    assert isinstance(ids, np.ndarray)
+    if ids.min() < 0 or ids.max() >= n or (np.diff(ids) <= 0).any():
+        raise NonsenseError(f"{what} is not ascending vertex ids below {n}")
 
 
 class ToolHost(QObject):
@@ -76,8 +127,12 @@ class ToolHost(QObject):
         self._active = next(iter(self.tools), "")
         self._gesture: Gesture | None = None
         self._marked = False
+        self.reasons: dict[str, str] = {}
+        self._patience = Patience()
+        self._makers: dict[type, Tool] = {}
         session.opened.connect(self._opened)
         session.document_changed.connect(self._follow)
+        session.misbehaved.connect(self._misbehaved)
 
     # ---- which tool
 
@@ -143,8 +198,7 @@ class ToolHost(QObject):
         if document is None:
             return
         for name, tool in self.tools.items():
-            claims = self._asked(tool, "claims", document, False)
-            if name not in self.switched_off and claims:
+            if self._asked(tool, "claims", document, False):
                 self._active = name
                 break
         self.tool_changed.emit()
@@ -156,9 +210,9 @@ class ToolHost(QObject):
             self._session.end_preview()
             return
         try:
-            result = tool.enter(self)
+            result = self._entered(tool)
             if isinstance(result, Document | Step):
-                self._session.preview(result)
+                self.preview(result)
         except EngineError as error:
             self._session.report(error)
         except Exception as error:
@@ -198,7 +252,8 @@ class ToolHost(QObject):
         tool, gesture = self.active, self._gesture
         self._gesture = None
         try:
-            gesture.close()
+            with self._patience.call():
+                gesture.close()
         except Exception as error:
             log.info("Tool %s raised when it was closed", self._active, exc_info=True)
             self._fail(tool, error)
@@ -211,7 +266,7 @@ class ToolHost(QObject):
         if self._gesture is not None or self._session.document is None or tool is None:
             return
         try:
-            self._take(tool, tool.enter(self))
+            self._take(tool, self._entered(tool))
         except EngineError as error:
             self._session.report(error)
         except Exception as error:
@@ -226,17 +281,29 @@ class ToolHost(QObject):
         own = type(tool).enter is not Tool.enter
         return document.draft.edit() is not None or (own and self.available(self._active))
 
+    def _entered(self, tool: Tool) -> object:
+        """Return what the tool answers to Enter, within reasonable time."""
+        self._patience.begin()
+        try:
+            with self._patience.call():
+                return tool.enter(self)
+        finally:
+            self._patience.end()
+
     def _begin(self, event: Pointer) -> None:
         tool = self.active
         if tool is None or self._session.document is None or self._session.applying:
             return
         self._session.clear_problem()
         try:
-            gesture = tool.gesture(self, event)
+            self._patience.begin()
+            with self._patience.call():
+                gesture = tool.gesture(self, event)
             if not hasattr(gesture, "send"):
                 raise NonsenseError("its gesture is not a generator")
         except Exception as error:
             log.info("Tool %s raised", self._active, exc_info=True)
+            self._patience.end()
             self._fail(tool, error)
             return
         self._gesture = gesture
@@ -248,10 +315,11 @@ class ToolHost(QObject):
         assert tool is not None
         assert gesture is not None
         try:
-            if event is None:
-                next(gesture)
-            else:
-                gesture.send(event)
+            with self._patience.call():
+                if event is None:
+                    next(gesture)
+                else:
+                    gesture.send(event)
         except StopIteration as end:
             self._gesture = None
             self._finish(tool, end.value)
@@ -267,6 +335,7 @@ class ToolHost(QObject):
             self._fail(tool, error)
 
     def _finish(self, tool: Tool, result: object) -> None:
+        self._patience.end()
         self._canvas.clear_ink()
         self.said.emit("")
         try:
@@ -285,18 +354,19 @@ class ToolHost(QObject):
         if result is None or before is None:
             return False
         if isinstance(result, Document):
-            if result.mesh is not before.mesh or result.recipe is not before.recipe:
-                raise NonsenseError("it changed the mesh without a step")
+            refuse_nonsense(before, result)
             if result is before:
                 return False
             self._session.change(result, tool.label or tool.title)
             return True
         if isinstance(result, Step):
+            self._makers[type(result)] = tool
             self._session.apply(result)
             return True
         raise NonsenseError(f"it returned {type(result).__name__}, not a document or a step")
 
     def _put_away(self) -> None:
+        self._patience.end()
         self._canvas.clear_ink()
         self._unmark()
         self.said.emit("")
@@ -304,19 +374,52 @@ class ToolHost(QObject):
         self.gesture_changed.emit()
 
     def _fail(self, tool: Tool | None, error: Exception) -> None:
-        name = tool.title if tool is not None else "?"
+        reason = f"{type(error).__name__}: {error}"
+        if tool is None:
+            self._session.fail(f"A tool failed and was stopped ({reason}).")
+            return
+        self._switch_off(tool, reason)
+
+    def _misbehaved(self, step: Step, reason: str, wrong: bool) -> None:
+        """A step was given up: its tool is named, and switched off when it did wrong."""
+        tool = self._makers.get(type(step))
+        if tool is None:
+            self._session.fail(f"The step “{step.title}” {reason}. Your document is as it was.")
+        elif wrong:
+            self._switch_off(tool, f"its step {reason}")
+        else:
+            self._session.fail(
+                f"The tool “{tool.title}” {reason} and was left behind. Your document is as it was."
+            )
+
+    def _switch_off(self, tool: Tool, reason: str) -> None:
+        self.switched_off.add(tool.id)
+        self.reasons[tool.id] = reason
+        if self.active is tool:
+            self._active = next(
+                (name for name in self.tools if name not in self.switched_off), self._active
+            )
+            self._hand_over()
         self._session.fail(
-            f"The tool “{name}” failed and was stopped ({type(error).__name__}: {error}). "
-            "Your document is as it was; choose another tool."
+            f"The tool “{tool.title}” failed and was stopped ({reason}). It is switched off until "
+            "the next start, and your document is as it was; choose another tool."
         )
+        self.tool_changed.emit()
+
+    def switch_on(self, name: str) -> None:
+        """Give a tool that was switched off another try."""
+        self.switched_off.discard(name)
+        self.reasons.pop(name, None)
+        self.tool_changed.emit()
 
     def _asked(self, tool: Tool, question: str, about: object, otherwise: object) -> object:
         """Ask a tool about the document or its options; one that raises is switched off, named."""
+        if tool.id in self.switched_off:
+            return otherwise
         try:
             return getattr(tool, question)(about)
         except Exception as error:
             log.info("Tool %s raised in %s", tool.id, question, exc_info=True)
-            self.switched_off.add(tool.id)
             self._fail(tool, error)
             return otherwise
 
@@ -376,6 +479,13 @@ class ToolHost(QObject):
 
     def preview(self, change: Document | Step) -> None:
         """Show what `change` would give."""
+        tool = self.active
+        if isinstance(change, Document):
+            refuse_nonsense(self.document, change)
+        elif not isinstance(change, Step):
+            raise NonsenseError(f"it previews {type(change).__name__}, not a document or a step")
+        elif tool is not None:
+            self._makers[type(change)] = tool
         self._session.preview(change)
 
     def say(self, text: str) -> None:

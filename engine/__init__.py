@@ -3,6 +3,7 @@
 from engine.align import Alignment, align
 from engine.anchors import AnchorPath, anchor_path, trace_anchors
 from engine.archive import Archive, open_archive, save_archive
+from engine.applied import StepError, applied
 from engine.arrays import B1, F64, I64
 from engine.closest import Closest, closest_points
 from engine.data_step import DataStep, ids_from_text, ids_to_text
@@ -15,6 +16,7 @@ from engine.errors import (
     EngineError,
     FileError,
     MeshError,
+    PositionsError,
     RecipeError,
     RegionError,
     SketchError,

@@ -14,6 +14,10 @@ class MeshError(EngineError):
     """The vertex and face arrays do not form a mesh."""
 
 
+class PositionsError(MeshError):
+    """Positions are not finite, or not one for each vertex."""
+
+
 class RegionError(EngineError):
     """The region of interest cannot be decomposed or edited as it is."""
 

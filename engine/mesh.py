@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from engine.arrays import B1, F64, I64, frozen
-from engine.errors import MeshError
+from engine.errors import MeshError, PositionsError
 
 
 class Topology:
@@ -122,7 +122,7 @@ class Mesh:
         """Return the mesh with the same faces (the same object) at other positions, (n, 3)."""
         moved = _checked_vertices(vertices)
         if moved.shape != self.vertices.shape:
-            raise MeshError(
+            raise PositionsError(
                 f"{len(moved)} positions were given for {len(self.vertices)} vertices. "
                 "Give one position for each vertex."
             )
@@ -177,10 +177,12 @@ class Mesh:
 def _checked_vertices(vertices: ArrayLike) -> F64:
     x: F64 = frozen(vertices, np.float64)
     if x.ndim != 2 or x.shape[1] != 3:
-        raise MeshError(f"The vertices have the shape {x.shape}. Give one row of x, y, z each.")
+        raise PositionsError(
+            f"The vertices have the shape {x.shape}. Give one row of x, y, z each."
+        )
     if not np.isfinite(x).all():
         bad = int((~np.isfinite(x)).any(axis=1).sum())
-        raise MeshError(
+        raise PositionsError(
             f"{bad} of {len(x)} vertices have a coordinate that is not a finite number. "
             "Remove them or open the file with cleanup."
         )

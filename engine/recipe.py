@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, NoReturn, Protocol, Self, runtime_checkable
 
+from engine.applied import applied
 from engine.edit import SketchEdit
 from engine.errors import RecipeError
 from engine.mesh import Mesh
@@ -286,5 +287,5 @@ def replay(recipe: Recipe, mesh: Mesh, run: Run | None = None, force: bool = Fal
         )
     for i, step in enumerate(recipe.steps):
         if i not in recipe.muted:
-            mesh = step.apply(mesh, run)
+            mesh = applied(step, mesh, run)
     return mesh
