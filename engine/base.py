@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
@@ -15,13 +16,13 @@ from engine.solve import Factor, factorise
 Rim = Literal["smooth", "paper"]
 
 
-def base_shape(region: Region, factor: Factor, rim: Rim = "smooth") -> F64:
+def base_shape(region: Region, factor: Callable[[], Factor], rim: Rim = "smooth") -> F64:
     """Return the base shape of a region in the patch's frame, (m, 3).
 
     Parameters
     ----------
     region : the region.
-    factor : K_II, factorised; rule "paper" needs no other.
+    factor : gives K_II factorised; only rule "paper" asks for it, and needs no other.
     rim : "smooth" holds the positions of two rings and solves K M^-1 K x = 0; "paper" holds one
         ring and the Laplacian coordinates on it (Eq. 10).
 
@@ -33,7 +34,7 @@ def base_shape(region: Region, factor: Factor, rim: Rim = "smooth") -> F64:
 
     Source: Orbay et al. 2012, Eqs. 9, 10.
     """
-    base = smooth_base(region) if rim == "smooth" else paper_base(region, factor)
+    base = smooth_base(region) if rim == "smooth" else paper_base(region, factor())
     moved = np.linalg.norm(base - region.x[: region.m], axis=1)
     if not np.isfinite(base).all() or moved.max() > 1.0:
         raise SolveError(
@@ -77,6 +78,8 @@ def smooth_base(region: Region) -> F64:
     rows = sp.csr_array(region.laplacian.stiffness[:near])
     inner = sp.csr_array(rows[:, :m])
     pull = np.where(region.rim_open[:, None], rows @ region.x, 0.0)
-    turned = sp.csr_array(inner.T @ sp.diags_array(weight))
+    weighted = inner.copy()
+    weighted.data *= np.repeat(weight, np.diff(inner.indptr))
+    turned = sp.csr_array(weighted.T)
     load = turned @ (pull - rows[:, m:] @ region.x[m:])
     return factorise(sp.csr_array(turned @ inner)).solve(load)

@@ -78,7 +78,7 @@ class CholmodFactor:
 
     Parameters
     ----------
-    a : (n, n) symmetric, both triangles stored.
+    a : (n, n) symmetric, both triangles stored, indices sorted.
     definite : whether `a` is positive definite; only then it may use supernodes.
 
     Raises
@@ -93,18 +93,20 @@ class CholmodFactor:
         self._lib = lib
         self._lock = threading.Lock()
         self.n = int(a.shape[0])
-        upper = sp.csc_array(sp.triu(a, format="csc"))
-        upper.sort_indices()
-        p = upper.indptr.astype(np.int32)
-        i = upper.indices.astype(np.int32)
-        x = np.ascontiguousarray(upper.data, dtype=np.float64)
+        # By symmetry the rows of the lower triangle are the columns of the upper one.
+        row = np.repeat(np.arange(self.n), np.diff(a.indptr))
+        lower = a.indices <= row
+        p = np.zeros(self.n + 1, dtype=np.int32)
+        np.cumsum(np.bincount(row[lower], minlength=self.n), out=p[1:])
+        i = a.indices[lower].astype(np.int32)
+        x = np.ascontiguousarray(a.data[lower], dtype=np.float64)
         common = ctypes.create_string_buffer(_COMMON_BYTES)
         lib.cholmod_start(common)
         ints = ctypes.cast(common, ctypes.POINTER(ctypes.c_int))
         ints[_SUPERNODAL] = _AUTO if definite else _SIMPLICIAL
         ints[_PRINT] = 0
         sparse = _Sparse(
-            self.n, self.n, upper.nnz, p.ctypes.data, i.ctypes.data, None, x.ctypes.data, None,
+            self.n, self.n, len(x), p.ctypes.data, i.ctypes.data, None, x.ctypes.data, None,
             _UPPER, _INT, _REAL, 0, 1, 1,
         )  # fmt: skip
         self._common = common

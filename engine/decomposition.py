@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import count
 
@@ -117,8 +118,10 @@ def with_base(region: Region, rim: Rim) -> Decomposition:
     """Return the decomposition that has a base shape and no modes (Eqs. 9-11)."""
     m, s = region.m, region.scale
     k, areas = region.stiffness_roi, region.areas_roi
-    factor = factorise(k)
-    offset = base_shape(region, factor, rim) - region.x[:m]
+    with ThreadPoolExecutor(1, thread_name_prefix="engine") as beside:
+        factor_job = beside.submit(factorise, k)
+        offset = base_shape(region, factor_job.result, rim) - region.x[:m]
+        factor = factor_job.result()
     full = (region.laplacian.stiffness[:m] @ region.x) / areas[:, None] / s
     residual = -(k @ offset) / areas[:, None] / s
     base = region.mesh.vertices[region.roi] + offset * s

@@ -44,55 +44,62 @@ def vertex_areas(mesh: Mesh) -> F64:
     return areas(mesh.vertices, mesh.faces)
 
 
-def corner_cotangents(x: F64, faces: I64) -> tuple[F64, F64]:
-    """Return the cotangent at each corner, (f, 3), and twice the area of each face, (f,).
+@dataclass(frozen=True, eq=False)
+class Corners:
+    """What K, M and their check need of every face.
 
-    The cotangents of a face without area are 0.
+    Parameters
+    ----------
+    cotangents : (f, 3) at each corner; 0 in a face without area.
+    double : (f,) twice the area.
+    squared : (f, 3) squared length of the edge opposite to each corner.
+    flat : (f,) whether the face counts as having no area.
     """
-    # Edge k is opposite to corner k.
-    e = [x[faces[:, (k + 2) % 3]] - x[faces[:, (k + 1) % 3]] for k in range(3)]
-    double = np.linalg.norm(np.cross(e[1], e[2]), axis=1)
-    dots = np.stack([-np.einsum("fi,fi->f", e[(k + 1) % 3], e[(k + 2) % 3]) for k in range(3)], 1)
-    longest = np.max([np.einsum("fi,fi->f", a, a) for a in e], axis=0)
-    flat = double <= FLAT * longest
-    safe = np.where(flat, 1.0, double)
-    cotangents = np.where(flat[:, None], 0.0, dots / safe[:, None])
-    return cotangents, double
+
+    cotangents: F64
+    double: F64
+    squared: F64
+    flat: B1
 
 
-def stiffness(x: F64, faces: I64) -> sp.csr_array:
+def corners(x: F64, faces: I64) -> Corners:
+    """Return cotangents, areas and edge lengths of positions x (n, 3) and faces (f, 3)."""
+    a, b, c = (x[faces[:, k]] for k in range(3))
+    bc, ca, ab = c - b, a - c, b - a
+    normal = np.cross(ab, ca)
+    double = np.sqrt(np.einsum("fi,fi->f", normal, normal))
+    squared = np.stack([np.einsum("fi,fi->f", e, e) for e in (bc, ca, ab)], axis=1)
+    dots = -np.stack([np.einsum("fi,fi->f", e, g) for e, g in ((ca, ab), (ab, bc), (bc, ca))], 1)
+    flat: B1 = np.less_equal(double, FLAT * squared.max(axis=1))
+    cotangents = np.where(flat[:, None], 0.0, dots / np.where(flat, 1.0, double)[:, None])
+    return Corners(cotangents, double, squared, flat)
+
+
+def stiffness(x: F64, faces: I64, at: Corners | None = None) -> sp.csr_array:
     """Return K of positions x (n, 3) and faces (f, 3); see `cotangent_stiffness`."""
-    half = corner_cotangents(x, faces)[0] / 2
+    at = at or corners(x, faces)
     n = len(x)
-    i = faces[:, [1, 2, 0]].ravel()
-    j = faces[:, [2, 0, 1]].ravel()
-    w = half.ravel()
+    i, j = faces[:, [1, 2, 0]].ravel(), faces[:, [2, 0, 1]].ravel()
+    w = at.cotangents.ravel() / 2
+    diagonal = np.bincount(i, w, n) + np.bincount(j, w, n)
+    every = np.arange(n)
     k = sp.coo_array(
         (
-            np.concatenate([-w, -w, w, w]),
-            (np.concatenate([i, j, i, j]), np.concatenate([j, i, i, j])),
+            np.concatenate([-w, -w, diagonal]),
+            (np.concatenate([i, j, every]), np.concatenate([j, i, every])),
         ),
         shape=(n, n),
     )
     return sp.csr_array(k)
 
 
-def areas(x: F64, faces: I64) -> F64:
+def areas(x: F64, faces: I64, at: Corners | None = None) -> F64:
     """Return the mixed Voronoi areas (n,) of positions x (n, 3); see `vertex_areas`."""
-    cot, double = corner_cotangents(x, faces)
-    squared = np.stack(
-        [
-            np.sum((x[faces[:, (k + 2) % 3]] - x[faces[:, (k + 1) % 3]]) ** 2, axis=1)
-            for k in range(3)
-        ],
-        axis=1,
-    )
-    part = squared * cot / 8
-    voronoi = np.stack(
-        [part[:, 1] + part[:, 2], part[:, 2] + part[:, 0], part[:, 0] + part[:, 1]], 1
-    )
-    obtuse: B1 = np.less(cot, 0.0)
-    mixed = np.where(obtuse, double[:, None] / 4, double[:, None] / 8)
+    at = at or corners(x, faces)
+    part = at.squared * at.cotangents / 8
+    voronoi = part[:, [1, 2, 0]] + part[:, [2, 0, 1]]
+    obtuse: B1 = np.less(at.cotangents, 0.0)
+    mixed = np.where(obtuse, at.double[:, None] / 4, at.double[:, None] / 8)
     share = np.where(np.any(obtuse, axis=1)[:, None], mixed, voronoi)
     return np.bincount(faces.ravel(), weights=share.ravel(), minlength=len(x)).astype(np.float64)
 
@@ -140,9 +147,11 @@ def laplacian(x: F64, faces: I64) -> Laplacian:
 
     Source: Sharp and Crane 2020, "A Laplacian for nonmanifold triangle meshes" (robust-laplacian).
     """
-    proper = faces[(np.diff(np.sort(faces, axis=1), axis=1) > 0).all(axis=1)]
-    k, m = stiffness(x, proper), areas(x, proper)
-    why = trouble(x, proper, k)
+    a, b, c = faces.T
+    proper = faces[(a != b) & (b != c) & (c != a)]
+    at = corners(x, proper)
+    k, m = stiffness(x, proper, at), areas(x, proper, at)
+    why = trouble(at, k)
     if not why:
         return Laplacian(k, np.maximum(m, AREA_FLOOR * float(m.mean())))
     k, m = robust(x, proper)
@@ -150,26 +159,22 @@ def laplacian(x: F64, faces: I64) -> Laplacian:
     return Laplacian(k, m, f"{why}; an intrinsic Delaunay Laplacian is used there.")
 
 
-def trouble(x: F64, faces: I64, k: sp.csr_array) -> str:
+def trouble(at: Corners, k: sp.csr_array) -> str:
     """Return why plain cotangent weights would do harm here, or "" when they are good.
 
     They do where a face has no area, where an angle is below half a degree, and where the negative
     weights at a vertex exceed half of its positive diagonal. A few mildly negative weights (obtuse
     triangles side by side) are right and stay.
     """
-    cotangents, double = corner_cotangents(x, faces)
-    longest = np.max(
-        [np.sum((x[faces[:, i - 1]] - x[faces[:, i]]) ** 2, axis=1) for i in range(3)], axis=0
-    )
-    flat = int(np.count_nonzero(double <= FLAT * longest))
+    flat = int(np.count_nonzero(at.flat))
     if flat:
         return f"{flat} faces have no area"
-    thin = int(np.count_nonzero(np.abs(cotangents).max(axis=1) > STEEPEST_COTANGENT))
+    thin = int(np.count_nonzero(np.abs(at.cotangents).max(axis=1) > STEEPEST_COTANGENT))
     if thin:
         return f"{thin} faces are needles or slivers"
     entries = k.tocoo()
     negative = (entries.row != entries.col) & (entries.data > 0)
-    sums = np.bincount(entries.row[negative], weights=entries.data[negative], minlength=len(x))
+    sums = np.bincount(entries.row[negative], entries.data[negative], minlength=k.shape[0])
     bad = int(np.count_nonzero(sums > 0.5 * np.abs(k.diagonal())))
     return f"the cotangent weights of {bad} vertices are mostly negative" if bad else ""
 

@@ -91,9 +91,9 @@ class Region:
     def patch(self) -> I64:
         """Vertex ids of the patch: roi, then rim, then the rest of the faces at these."""
         first = np.concatenate([self.roi, self.rim])
-        corners = np.unique(self.mesh.faces[self._patch_faces])
-        rest = np.setdiff1d(corners, first)
-        ids: I64 = frozen(np.concatenate([first, rest]), np.int64)
+        corners = _mask(self.mesh.n, self.mesh.faces[self._patch_faces].ravel())
+        corners[first] = False
+        ids: I64 = frozen(np.concatenate([first, np.flatnonzero(corners)]), np.int64)
         return ids
 
     @cached_property
@@ -134,7 +134,7 @@ class Region:
     @cached_property
     def stiffness_roi(self) -> sp.csr_array:
         """K_II, (m, m), symmetric positive definite."""
-        return sp.csr_array(self.laplacian.stiffness[: self.m][:, : self.m])
+        return sp.csr_array(self.laplacian.stiffness[: self.m, : self.m])
 
     @property
     def report(self) -> str:

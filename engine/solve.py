@@ -71,8 +71,9 @@ class Factor:
         self.backend = backend
         diagonal = np.abs(a.diagonal())
         self._scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-        d = sp.diags_array(self._scale)
-        scaled = sp.csr_array(d @ a @ d)
+        rows = np.repeat(self._scale, np.diff(a.indptr))
+        scaled = a.copy()
+        scaled.data *= rows * self._scale[a.indices]
         self._solver: _Solver = (
             cholmod.CholmodFactor(scaled, definite)
             if backend == "cholmod"
@@ -145,4 +146,6 @@ def factorise(a: sp.csr_array, definite: bool = True, backend: Backend | None = 
             "The equations of the region hold numbers that are not finite. "
             "Clean the mesh, or choose another region."
         )
-    return Factor(a, definite, backend or best_backend())
+    tidy = sp.csr_array(a)
+    tidy.sum_duplicates()
+    return Factor(tidy, definite, backend or best_backend())
