@@ -192,6 +192,8 @@ class Viewport(QtInteractor):
         positions : (n, 3) of all vertices, or (m, 3) of `changed_ids`, mesh units.
         changed_ids : (m,) the vertices that moved; the same array again and again is fastest.
         """
+        if self.scene.surface is None:
+            return  # closed, while a result was still on its way
         p = np.asarray(positions, dtype=np.float64)
         if changed_ids is None:
             self._vertices[:] = p
@@ -431,7 +433,9 @@ class Viewport(QtInteractor):
     def sight(self) -> Sight | None:
         """Return what the camera sees of the form now; worked out once for each view."""
         surface = self.scene.surface
-        if surface is None or self._form is None or not self.render_window.GetReadyForRendering():
+        if surface is None or self._form is None:
+            return None
+        if not self.render_window.GetReadyForRendering():
             return None
         view = self.view()
         key = (view, surface.stamp, self.device_size())
@@ -541,6 +545,8 @@ class Viewport(QtInteractor):
             self.look(eye, animate=False)
 
     def _camera_moved(self) -> None:
+        if self._closed:
+            return
         self._apply_eye()
         self._lighten()
         self._changed()

@@ -550,6 +550,20 @@ def test_moving_some_vertices_is_the_same_as_moving_all(stage):
     assert (viewport.vertices == moved).all()
 
 
+def test_what_comes_after_closing_does_no_harm(qtbot):
+    stage = Stage(torus(2000))
+    viewport = stage.viewport
+    where = viewport.vertices.copy()
+    viewport.close()
+    viewport.set_vertices(where * 1.1)
+    viewport.set_region(np.arange(20))
+    viewport.turn_by(0.1, 0.0)
+    viewport.render()
+    assert viewport.pick(10, 10) is None
+    assert len(viewport.vertices_inside(stage.ellipse())) == 0
+    stage.close()
+
+
 def test_nothing_of_vtk_outlives_the_window(qtbot):
     def actors() -> int:
         gc.collect()
