@@ -96,6 +96,10 @@ class CrashWatch(QObject):
             self._native_path.unlink(missing_ok=True)
             self._native = None
 
+    def note(self, error: BaseException) -> None:
+        """Report an error that was caught where it could not be mended."""
+        self._exception(type(error), error, error.__traceback__)
+
     def _exception(
         self, kind: type[BaseException], error: BaseException, trace: TracebackType | None
     ) -> None:

@@ -57,6 +57,7 @@ class Safety(QObject):
         self.offers = RecoveryOffers(self.bar, self.autosave.restore, self)
         self.watch = CrashWatch(folder, self)
         self.watch.crashed.connect(self._crashed)
+        window.session.broke.connect(self.watch.note)
         self._found.connect(self._offer, Qt.ConnectionType.QueuedConnection)
         window.installEventFilter(self)
         application = QGuiApplication.instance()

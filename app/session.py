@@ -55,6 +55,7 @@ class Session(QObject):
     shown_changed(flowing) : `shown` moved; `flowing` when it should be seen to move there.
     decomposition_changed : more is known about the region (base, then more and more modes).
     problem_changed : `problem` is another sentence, or none.
+    broke(error) : a bug of ours came to light in the background; nothing was changed by it.
     misbehaved(step, reason, wrong) : a step raised, hung or gave nonsense and was given up; when
         not `wrong` it may only have been slow.
     noticed(text) : something worth a line happened (opened, exported).
@@ -69,6 +70,7 @@ class Session(QObject):
     shown_changed = Signal(bool)
     decomposition_changed = Signal()
     problem_changed = Signal()
+    broke = Signal(object)
     misbehaved = Signal(object, str, bool)
     noticed = Signal(str)
     applied = Signal()
@@ -469,6 +471,7 @@ class Session(QObject):
                 f"Something went wrong in Eigenform itself ({type(error).__name__}: {error}). "
                 "Your document is as it was."
             )
+            self.broke.emit(error)
 
     def _refused(self, error: Exception) -> None:
         """Show why a step was not done; one that misbehaved is the business of its tool."""

@@ -211,6 +211,25 @@ def test_a_failing_slot_leaves_the_window_usable(
     assert window.session.history.can_redo
 
 
+def test_a_bug_in_the_engine_thread_is_reported_too(
+    safe_window, qtbot, caplog: pytest.LogCaptureFixture
+) -> None:
+    window = safe_window()
+    session = window.session
+    document = session.document
+
+    def work(_run) -> None:
+        raise ZeroDivisionError("deep in the engine")
+
+    with qtbot.waitSignal(window.safety.watch.crashed) as caught:
+        session.jobs.submit("apply", work, lambda _result: None, session.report)
+    assert "deep in the engine" in caught.args[0]
+    assert "in work" in caught.args[0], "the report says where"
+    assert session.document is document
+    qtbot.waitUntil(lambda: window.safety._dialog is not None)
+    window.safety._dialog.close()
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def test_a_native_crash_is_told_at_the_next_start(tmp_path: Path) -> None:
     program = (
