@@ -685,6 +685,7 @@ class Session(QObject):
         positions[decomposition.roi] = decomposition.surface(
             decomposition.mode_count(document.draft.level)
         )
+        positions.flags.writeable = False  # the mesh made of it then takes it without a copy
         return positions
 
 

@@ -310,3 +310,81 @@ def test_a_tool_set_by_options_is_previewed_and_applied(window: Window, qtbot) -
     qtbot.keyClick(window.viewport, Qt.Key.Key_Return)
     qtbot.waitUntil(lambda: len(session.document.recipe.steps) == 1, timeout=30_000)
     assert session.document.recipe.steps[0].kind == "smooth"
+
+
+def test_cancelling_the_modes_leaves_a_usable_window(window: Window, qtbot) -> None:
+    session = window.session
+    Mouse().stroke(window, circle(window.viewport, 0, 0, 0.2))
+    qtbot.waitUntil(lambda: session.decomposition is not None, timeout=30_000)
+    session.cancel("decompose")
+    assert not session.jobs.busy("decompose")
+    assert session.document.draft.roi is not None
+    sketch(window, qtbot)
+    assert len(session.document.recipe.steps) == 1
+
+
+def test_cancelling_before_the_base_gives_the_region_up(window: Window, qtbot) -> None:
+    session = window.session
+    first = session.document
+    Mouse().stroke(window, circle(window.viewport, 0, 0, 0.2))
+    if session.decomposition is None:
+        session.cancel("decompose")
+        assert session.document is first
+    lasso(window, qtbot)
+    assert session.decomposition is not None
+
+
+def test_options_of_the_edit_change_the_form_at_once(window: Window, qtbot) -> None:
+    session, view = window.session, window.viewport
+    lasso(window, qtbot)
+    Mouse().stroke(window, bow(view, (-0.1, 0.0), (0.1, 0.0)))
+    Mouse().stroke(window, bow(view, (-0.1, 0.0), (0.1, 0.0), -0.4))
+    qtbot.waitUntil(settled(window), timeout=30_000)
+    rest, full = session.document.mesh.vertices, session.shown.vertices
+    moments = len(session.history.moments)
+    for amount in (80, 50):
+        window.edit.amount.setValue(amount)
+    qtbot.waitUntil(settled(window), timeout=30_000)
+    half = session.shown.vertices
+    anchors = session.document.draft.strokes[0].anchors
+    base = rest.copy()
+    base[session.decomposition.roi] = session.decomposition.base
+    way = np.linalg.norm(half[anchors] - base[anchors], axis=1)
+    whole = np.linalg.norm(full[anchors] - base[anchors], axis=1)
+    assert way.max() == pytest.approx(0.5 * whole.max(), rel=0.1)
+    assert len(session.history.moments) == moments + 1, "a slide is one moment"
+
+
+def test_the_unit_is_the_persons_choice(window: Window) -> None:
+    window.actions_table.trigger("file.unit.cm")
+    assert window.session.document.unit == "cm"
+    assert " cm" in window.status.figures
+    assert window.viewport.unit == "cm"
+
+
+def test_a_picture_is_saved_on_nothing(window: Window, qtbot, tmp_path: Path) -> None:
+    from PySide6.QtGui import QImage
+
+    window.save_picture(tmp_path / "form.png")
+    image = QImage(str(tmp_path / "form.png"))
+    assert image.width() == 2 * window.viewport.width()
+    assert image.pixelColor(2, 2).alpha() == 0
+    assert image.pixelColor(image.width() // 2, image.height() // 2).alpha() == 255
+
+
+def test_a_repaired_file_says_so_and_can_be_taken_as_it_is(
+    make_window, qtbot, sphere: Mesh, tmp_path: Path
+) -> None:
+    doubled = tmp_path / "doubled.obj"
+    lines = [f"v {x:.17g} {y:.17g} {z:.17g}" for x, y, z in sphere.vertices]
+    faces = np.concatenate([sphere.faces, sphere.faces[:3]]) + 1
+    lines += [f"f {a} {b} {c}" for a, b, c in faces]
+    doubled.write_text("\n".join(lines) + "\n")
+    window = make_window()
+    window.session.open(doubled)
+    qtbot.waitUntil(lambda: window.session.document is not None, timeout=30_000)
+    assert len(window.session.document.mesh.faces) == len(sphere.faces)
+    assert window.plate.isVisible()
+    assert "doubled.obj" in window.plate.text
+    qtbot.mouseClick(window.plate.buttons["Open without repairs"], Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: len(window.session.document.mesh.faces) == len(faces), timeout=30_000)
