@@ -9,20 +9,27 @@ import os
 import platform
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 
 import numpy as np
+
+from bench import drag
+from bench.measures import Figures
+from bench.surfaces import sheet
 
 PAPER_850 = {50: 0.15, 250: 2.8, 500: 8.3}
 GROWTH = (5_000, 20_000, 80_000, 320_000)
 TIME_LIMIT = 900
+BLENDER: list[str] = []
 
 Row = tuple[str, str, str, str]
 
 
 @cache
-def run(measure: str, *sizes: int, threads: int = 0) -> dict[str, float]:
+def run(measure: str, *sizes: int, threads: int = 0) -> Figures:
     """Run `module.function` in a fresh process and return its figures, {} if it failed.
 
     Parameters
@@ -37,9 +44,13 @@ def run(measure: str, *sizes: int, threads: int = 0) -> dict[str, float]:
     environment = dict(os.environ)
     if threads:
         environment["OPENBLAS_NUM_THREADS"] = str(threads)
+    return _figures_of([sys.executable, "-c", code], environment)
+
+
+def _figures_of(command: list[str], environment: dict[str, str]) -> Figures:
     try:
         done = subprocess.run(
-            [sys.executable, "-c", code],
+            command,
             env=environment,
             capture_output=True,
             text=True,
@@ -47,15 +58,15 @@ def run(measure: str, *sizes: int, threads: int = 0) -> dict[str, float]:
             check=True,
         )
     except (subprocess.CalledProcessError, subprocess.TimeoutExpired) as error:
-        print(f"{measure}{sizes}: {error}", getattr(error, "stderr", ""), file=sys.stderr)
+        print(f"{command}: {error}", getattr(error, "stderr", ""), file=sys.stderr)
         return {}
     line = next(x for x in done.stdout.splitlines() if x.startswith("FIGURES"))
-    found: dict[str, float] = json.loads(line.removeprefix("FIGURES "))
-    print(f"{measure}{sizes}: {found}", file=sys.stderr)
+    found: Figures = json.loads(line.removeprefix("FIGURES "))
+    print(f"{command[2][:160]}: {found}", file=sys.stderr)
     return found
 
 
-def best_of_threads(measure: str, *sizes: int) -> dict[str, float]:
+def best_of_threads(measure: str, *sizes: int) -> Figures:
     """Return the faster of a peer's runs with one BLAS thread and with two."""
     runs = [run(measure, *sizes, threads=t) for t in (1, 2)]
     return min((r for r in runs if r), key=lambda r: r.get("all", np.inf), default={})
@@ -92,7 +103,8 @@ def large_region() -> list[Row]:
         theirs = best_of_threads(peer, 20_000, 500)
         if theirs:
             ratio = f"{theirs['all'] / ours['all']:.1f} x faster ({seconds(theirs['all'])})"
-            rows.append((f"the same by {name}", ratio, "10 x", f"{theirs['memory GiB']:.2f} GiB"))
+            cpu = f"{theirs['cpu'] / ours['cpu']:.1f} x the CPU time"
+            rows.append((f"the same by {name}", ratio, "10 x", cpu))
     first, double = ours["first 50"] / ours["all"], twice["all"] / ours["all"]
     return [
         *rows,
@@ -148,11 +160,52 @@ def growth() -> list[Row]:
     return rows
 
 
+def edits() -> list[Row]:
+    """One edit of 20,000 vertices, against libigl's ARAP and Blender's Laplacian Deform."""
+    ours = run("drag.edit", 20_000)
+    if not ours:
+        return []
+    rows = [
+        ("edit prepared, 20,000 vertices", seconds(ours["prepare"]), "0.35 s", ""),
+        ("target moved to final surface", seconds(ours["update"]), "33 ms", ""),
+    ]
+    arap = run("drag.igl_arap", 20_000)
+    if arap:
+        rows.append(_update_row("libigl ARAP, 10 rounds", arap, ours, ""))
+    theirs = blender(20_000)
+    if theirs:
+        rows.append(_update_row("Blender Laplacian Deform", theirs, ours, "100 x"))
+    return rows
+
+
+def _update_row(name: str, theirs: Figures, ours: Figures, goal: str) -> Row:
+    ratio = f"{theirs['update'] / ours['update']:.0f} x faster ({seconds(theirs['update'])})"
+    return (f"the same by {name}", ratio, goal, f"prepared in {seconds(theirs['prepare'])}")
+
+
+def blender(m: int) -> Figures:
+    """Return the figures of Blender's modifier, {} where no interpreter has it."""
+    if not BLENDER:
+        return {}
+    mesh, roi = sheet(m)
+    ids = drag.anchors(mesh, roi)
+    goals = np.array([drag.moved_to(mesh, ids, pull) for pull in drag.pulls(len(ids))[:5]])
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "edit.npz"
+        held = np.setdiff1d(np.arange(mesh.n), roi)
+        np.savez(
+            path, vertices=mesh.vertices, faces=mesh.faces, held=held, anchors=ids, goals=goals
+        )
+        script = Path(__file__).with_name("blender.py")
+        return _figures_of([BLENDER[0], str(script), str(path)], dict(os.environ))
+
+
 GROUPS: dict[str, Callable[[], list[Row]]] = {
     "small": small_region,
     "large": large_region,
     "base": base_shapes,
     "slider": slider,
+    "edit": edits,
     "growth": growth,
 }
 
@@ -161,7 +214,11 @@ def main() -> None:
     """Run the chosen groups and print their table."""
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
     parser.add_argument("groups", nargs="*", choices=[*GROUPS, []], help="default: all of them")
-    chosen = parser.parse_args().groups or list(GROUPS)
+    parser.add_argument("--blender", help="a Python that has bpy, for Blender as a peer")
+    given = parser.parse_args()
+    chosen = given.groups or list(GROUPS)
+    if given.blender:
+        BLENDER.append(given.blender)
     packages = ("numpy", "scipy", "cvxopt", "lapy", "libigl")
     versions = ", ".join(f"{p} {importlib.metadata.version(p)}" for p in packages)
     print(f"\n{os.cpu_count()} cores, {platform.system()} {platform.machine()}, {versions}\n")
