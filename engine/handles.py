@@ -11,14 +11,19 @@ is a small dense solve and one matrix product.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
+from typing import Protocol
 
 import numpy as np
 import scipy.linalg as sla
 
+from engine import cholmod
 from engine.arrays import F64, I64
+from engine.condensed import Condensed
 from engine.errors import SolveError
 from engine.lse import Lse
 from engine.run import Run
+from engine.threads import while_polling
 
 # Rows are met to this fraction of an anchor's own compliance: far below a pixel, and enough to keep
 # the dense system regular when two strokes share an anchor and disagree.
@@ -89,32 +94,70 @@ class Rows:
         return Rows.stacked([rest, Rows(at[i], axes[i, :, k], way[i, k], softness[i])])
 
 
+class Answers(Protocol):
+    """How a surface answers forces on the degrees of freedom of its anchors."""
+
+    def compliance(self) -> F64:
+        """Return S = E^T N^-1 E, (c, c)."""
+        ...
+
+    def answer(self, force: F64) -> F64:
+        """Return N^-1 E f for forces f (c,), as (3m,)."""
+        ...
+
+
+class Responses:
+    """Answers from a solve for each degree of freedom; works with every solver.
+
+    Parameters
+    ----------
+    lse : the region's energy.
+    unit : (c,) degrees of freedom.
+    run : progress and cancel.
+    largest_bytes : how large the response matrix may be. Beyond it only the anchors' own rows are
+        kept, and an answer takes one more solve instead of a matrix product.
+    """
+
+    def __init__(
+        self, lse: Lse, unit: I64, run: Run, largest_bytes: int = LARGEST_RESPONSE
+    ) -> None:
+        self._lse = lse
+        self._unit = unit
+        whole = 8 * 3 * lse.m * len(unit) <= largest_bytes
+        self._response = lse.responses(unit, run) if whole else None
+        own = lse.responses(unit, run, at=unit) if self._response is None else self._response[unit]
+        self._compliance = (own + own.T) / 2
+
+    def compliance(self) -> F64:
+        """Return S, (c, c)."""
+        return self._compliance
+
+    def answer(self, force: F64) -> F64:
+        """Return N^-1 E f, (3m,)."""
+        if self._response is not None:
+            return np.asarray(self._response @ force)
+        load = np.zeros(3 * self._lse.m)
+        load[self._unit] = force
+        return self._lse.factor.solve(load)
+
+
 class Handles:
-    """The responses of a region's surface to its anchors.
+    """The answers of a region's surface to its anchors.
 
     Parameters
     ----------
     lse : the region's energy.
     anchors : (c,) positions of the anchors in the region's `roi`, ascending, each once.
     run : progress and cancel.
-    largest_bytes : how large the response matrix may be. Beyond it only the anchors' own rows are
-        kept, and a moved target takes one solve instead of a matrix product.
+    answers : how the surface answers; None for the quickest way at hand.
     """
 
-    def __init__(
-        self, lse: Lse, anchors: I64, run: Run, largest_bytes: int = LARGEST_RESPONSE
-    ) -> None:
-        self._lse = lse
+    def __init__(self, lse: Lse, anchors: I64, run: Run, answers: Answers | None = None) -> None:
+        self.m = lse.m
         self.anchors = anchors
-        self._unit = (3 * anchors[:, None] + np.arange(3)).ravel()
-        whole = 8 * 3 * lse.m * len(self._unit) <= largest_bytes
-        self._response = lse.responses(self._unit, run) if whole else None
-        compliance = (
-            lse.responses(self._unit, run, at=self._unit)
-            if self._response is None
-            else self._response[self._unit]
-        )
-        self.compliance: F64 = (compliance + compliance.T) / 2
+        unit = (3 * anchors[:, None] + np.arange(3)).ravel()
+        self._answers = answers or answers_of(lse, unit, run)
+        self.compliance: F64 = self._answers.compliance()
 
     def displacement(self, rows: Rows) -> F64:
         """Return the displacements (m, 3) that meet `rows` with the least energy.
@@ -125,29 +168,49 @@ class Handles:
             The result is not finite.
         """
         if not rows.distances.any():
-            return np.zeros((self._lse.m, 3))
-        c = 3 * len(self.anchors)
-        C = np.zeros((len(rows.anchors), c))
-        q = np.arange(len(rows.anchors))
-        C[q[:, None], 3 * rows.anchors[:, None] + np.arange(3)] = rows.directions
-        schur = C @ self.compliance @ C.T
-        own = schur.diagonal().copy()
-        schur[q, q] += (rows.softness + _FIRM) * own
+            return np.zeros((self.m, 3))
+        # C S C^T, with three entries in each row of C.
+        at = 3 * rows.anchors[:, None] + np.arange(3)
+        across = np.einsum("cqa,qa->qc", self.compliance[:, at], rows.directions)
+        schur = np.einsum("rqa,qa->rq", across[:, at], rows.directions)
+        q = np.arange(len(at))
+        schur[q, q] *= 1.0 + _FIRM + rows.softness
         try:
             multipliers = sla.cho_solve(sla.cho_factor(schur, lower=True), rows.distances)
         except (sla.LinAlgError, ValueError) as error:
             raise SolveError(
                 "What the strokes and pins ask for cannot be solved. Draw the last one again."
             ) from error
-        d = self._answer(C.T @ multipliers)
+        force = np.zeros(len(self.compliance))
+        np.add.at(force, at, multipliers[:, None] * rows.directions)
+        d = self._answers.answer(force)
         if not np.isfinite(d).all():
             raise SolveError("The deformed surface is not finite. Draw the last stroke again.")
         return np.asarray(d).reshape(-1, 3)
 
-    def _answer(self, force: F64) -> F64:
-        """Return N^-1 E f for forces f at the anchors, (3m,)."""
-        if self._response is not None:
-            return np.asarray(self._response @ force)
-        load = np.zeros(3 * self._lse.m)
-        load[self._unit] = force
-        return self._lse.factor.solve(load)
+
+def answers_of(lse: Lse, unit: I64, run: Run) -> Answers:
+    """Return the quickest answers at hand that are right.
+
+    Raises
+    ------
+    SolveError
+        None is.
+    Cancelled
+    """
+    if len(unit) == 0 or not cholmod.usable():
+        return Responses(lse, unit, run)
+    for energy in (lse, lse.on_original):
+        try:
+            return while_polling(run, partial(_condensed, energy, unit))
+        except SolveError:
+            continue
+    return Responses(lse, unit, run)
+
+
+def _condensed(lse: Lse, unit: I64) -> Condensed:
+    condensed = Condensed(lse.matrix, unit)
+    # All forces at once, by one combination that cancels nothing.
+    force = 1.0 + np.arange(len(unit)) % 7 / 7.0
+    lse.check(condensed.answer(force)[:, None], unit, force[:, None])
+    return condensed

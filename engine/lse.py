@@ -13,12 +13,14 @@ Source: Sorkine et al. 2004; Orbay et al. 2012, Eqs. 7, 8.
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 import scipy.sparse as sp
 
 from engine.arrays import B1, F64, I64
 from engine.errors import SolveError
-from engine.operators import Laplacian, laplacian
+from engine.operators import laplacian
 from engine.region import Region
 from engine.run import Run
 from engine.solve import RESIDUAL_LIMIT, Factor, factorise
@@ -150,6 +152,7 @@ class Lse:
     ----------
     region : the region; it gives faces, rims and the frame (centred, unit diagonal).
     surface : (m, 3) rest shape of the region's vertices in that frame.
+    own_metric : take K and M of the rest shape; else those of the original.
 
     Notes
     -----
@@ -157,34 +160,41 @@ class Lse:
     spreads along the surface that is shaped, and no trace of the features shows in the change.
     """
 
-    def __init__(self, region: Region, surface: F64) -> None:
+    def __init__(self, region: Region, surface: F64, own_metric: bool = True) -> None:
         m = region.m
         self.m = m
         self.positions: F64 = region.x.copy()
         self.positions[:m] = surface
         near = np.arange(m + len(region.rim))
         self.rows: I64 = near[~region.rim_open | (near < m)]
-        try:
-            self._assemble(laplacian(self.positions, region.faces))
-        except SolveError:
-            # Features that were flattened can leave triangles without area in the rest shape; the
-            # original's K and M are less true to it, but sound.
-            self._assemble(region.laplacian)
-
-    def _assemble(self, found: Laplacian) -> None:
+        self._region = region
+        found = laplacian(self.positions, region.faces) if own_metric else region.laplacian
         self.stiffness = found.stiffness
         # The weight of a row is 1 / M: beside a sliver it would drown all others.
         self.areas = np.maximum(found.areas, _LEAST_AREA * float(found.areas.mean()))
-        turning = self.rows < self.m
-        A = lse_rows(
-            self.positions, found.stiffness, self.areas, self.rows, turning, columns=self.m
-        )
+        turning = self.rows < m
+        A = lse_rows(self.positions, self.stiffness, self.areas, self.rows, turning, columns=m)
         # In blocks the product is three times as fast as entry by entry. A region that hangs on a
         # vertex or two may turn and swell about them for nothing; a trace of M settles it.
-        still = np.repeat(_STILLNESS * self.areas[: self.m], 3)
+        still = np.repeat(_STILLNESS * self.areas[:m], 3)
         self.matrix = sp.csr_array(sp.bsr_array(A.transpose()) @ A)
+        self.matrix.sort_indices()
         self.matrix.setdiag(self.matrix.diagonal() + still)
-        self.factor: Factor = factorise(self.matrix)
+
+    @cached_property
+    def factor(self) -> Factor:
+        """N, factorised without any anchor."""
+        return factorise(self.matrix)
+
+    @cached_property
+    def on_original(self) -> Lse:
+        """The same energy with K and M of the featured original.
+
+        Features that were flattened can leave triangles without area in the rest shape, and then
+        its own K and M are of no use; the original's are less true to it, but sound.
+        """
+        region = self._region
+        return Lse(region, self.positions[: self.m], own_metric=False)
 
     def responses(self, unit: I64, run: Run, at: I64 | None = None) -> F64:
         """Return N^-1 e for unit forces at the degrees of freedom `unit` (u,), as (3m, u).
@@ -211,7 +221,7 @@ class Lse:
             force = np.zeros((3 * self.m, len(part)), order="F")
             force[part, np.arange(len(part))] = 1.0
             answer = self.factor.solve_unchecked(force)
-            self._check(answer, part)
+            self.check(answer, part, np.eye(len(part)))
             return answer[rows]
 
         for start, block in zip(starts, two_at_a_time(run, solved, starts), strict=True):
@@ -219,13 +229,19 @@ class Lse:
             response[:, start : start + block.shape[1]] = block
         return response
 
-    def _check(self, response: F64, unit: I64) -> None:
-        """Check a block of responses at once, by one combination that cancels nothing."""
-        share = 1.0 + np.arange(len(unit)) % 7 / 7.0
-        force = np.zeros(3 * self.m)
-        force[unit] = share
-        left = np.linalg.norm(self.matrix @ (response @ share) - force)
-        if not left <= RESIDUAL_LIMIT * np.linalg.norm(force):
+    def check(self, answers: F64, unit: I64, forces: F64) -> None:
+        """Check answers (3m, r) to forces (u, r) at the degrees of freedom `unit`, all at once.
+
+        Raises
+        ------
+        SolveError
+            One combination of them that cancels nothing leaves a residual above 1e-6.
+        """
+        share = 1.0 + np.arange(forces.shape[1]) % 7 / 7.0
+        load = np.zeros(3 * self.m)
+        load[unit] = forces @ share
+        left = np.linalg.norm(self.matrix @ (answers @ share) - load)
+        if not left <= RESIDUAL_LIMIT * np.linalg.norm(load):
             raise SolveError(
                 "The surface at this level cannot be prepared accurately for the anchors. "
                 "Clean the mesh, or choose another region."

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from bench import broken
 from bench.robustness import random_region
-from engine import EditOptions, EngineError, Mesh, Region, SketchEdit, Stroke, View
+from engine import EditOptions, EngineError, Mesh, Region, SketchEdit, Stroke, View, cholmod
 from engine.arrays import I64
 from tests.engine.surfaces import real
 
@@ -70,6 +70,11 @@ def test_order_of_anchors_and_strokes_does_not_matter(seed: int) -> None:
         replace(stroke, anchors=stroke.anchors[i], target=stroke.target[i]) for i in (a, b)
     )
     assert np.abs(replace(EDIT, strokes=parts).apply(SMALL).vertices - EXPECTED).max() < 1e-8
+
+
+def test_without_cholmod_the_result_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cholmod, "usable", lambda: False)
+    assert np.abs(EDIT.apply(SMALL).vertices - EXPECTED).max() < 1e-8
 
 
 def random_edit(mesh: Mesh, roi: I64, rng: np.random.Generator) -> SketchEdit:

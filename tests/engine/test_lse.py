@@ -9,7 +9,8 @@ from scipy.spatial.transform import Rotation
 from engine import Mesh, Region, Run, cotangent_stiffness, vertex_areas
 from engine.arap import Polish
 from engine.arrays import F64, I64
-from engine.handles import Handles, Rows
+from engine.condensed import Condensed
+from engine.handles import Handles, Responses, Rows
 from engine.lse import Lse, fit_weights, lse_rows
 from engine.rectify import ring_products
 
@@ -109,15 +110,40 @@ class TestRegion:
         free[at] = False
         assert np.linalg.norm(force.reshape(-1, 3)[free]) < 1e-6 * np.linalg.norm(force)
 
-    def test_without_room_for_the_responses_the_answer_is_the_same(self) -> None:
+    def test_all_ways_to_answer_agree(self) -> None:
         at = np.array([100, 200, 210, 330])
         rng = np.random.default_rng(0)
         directions = rng.normal(size=(8, 3))
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
         rows = Rows(np.repeat(np.arange(4), 2), directions, rng.normal(size=8), np.zeros(8))
-        roomy = Handles(self.lse, at, Run()).displacement(rows)
-        tight = Handles(self.lse, at, Run(), largest_bytes=0).displacement(rows)
-        assert np.abs(roomy - tight).max() < 1e-8 * np.abs(roomy).max()
+        unit = (3 * at[:, None] + np.arange(3)).ravel()
+        condensed = Handles(self.lse, at, Run(), Condensed(self.lse.matrix, unit))
+        roomy = Handles(self.lse, at, Run(), Responses(self.lse, unit, Run()))
+        tight = Handles(self.lse, at, Run(), Responses(self.lse, unit, Run(), largest_bytes=0))
+        first = condensed.displacement(rows)
+        for other in (roomy, tight):
+            assert np.abs(other.displacement(rows) - first).max() < 1e-8 * np.abs(first).max()
+
+    def test_separate_parts_and_many_anchors(self) -> None:
+        mesh = plate(41)
+        x = mesh.vertices
+        apart = np.flatnonzero(((x[:, 0] < 0.4) | (x[:, 0] > 0.6)) & ~mesh.topology.border_vertices)
+        region = Region(mesh, apart)
+        lse = Lse(region, region.x[: region.m])
+        ids = region.roi[np.linspace(0, region.m - 1, 30).astype(int)]
+        d = pulled(lse, region, ids, np.array([0.0, 0.02, 0.1]))
+        assert np.allclose(d[np.searchsorted(region.roi, ids)], [0, 0.02, 0.1], atol=1e-8)
+
+    def test_the_original_metric_is_at_hand(self) -> None:
+        flat = self.region.x[: self.region.m] * [1, 1, 0.0]
+        lse = Lse(self.region, flat)
+        other = lse.on_original
+        assert (other.positions == lse.positions).all()
+        assert abs(other.stiffness - self.region.laplacian.stiffness).max() == 0
+        ids = self.region.roi[[100, 222]]
+        one = pulled(lse, self.region, ids, np.array([0, 0, 0.1]))
+        two = pulled(other, self.region, ids, np.array([0, 0, 0.1]))
+        assert 0 < np.abs(one - two).max() < 0.02
 
     def test_no_way_to_go_moves_nothing(self) -> None:
         assert not pulled(self.lse, self.region, self.region.roi[[100]], np.zeros(3)).any()
