@@ -64,10 +64,19 @@ class Documents(QObject):
             self.save_to(path, then)
 
     def save_copy(self) -> None:
-        """Ask for a file and save to it; what is open goes on under its own name."""
-        path = self.ask_path()
-        if path is not None:
-            self.save_to(path, copy=True)
+        """Ask for a file and save to it at once; what is open goes on under its own name.
+
+        This is for when something has failed: it waits for no other thread.
+        """
+        path, history = self.ask_path(), self._session.history
+        if path is None or history is None:
+            return
+        try:
+            save_archive(path, history.state(), dict(self.pictures()), self.window_state())
+        except EngineError as error:
+            self._session.report(error)
+            return
+        self._session.noticed.emit(f"Saved to {path.name}")
 
     def ask_path(self) -> Path | None:
         """Let the person choose where the document goes."""
@@ -84,9 +93,7 @@ class Documents(QObject):
             return chosen
         return chosen.with_name(chosen.name + DOCUMENT_SUFFIX)
 
-    def save_to(
-        self, path: Path, then: Callable[[], object] | None = None, *, copy: bool = False
-    ) -> None:
+    def save_to(self, path: Path, then: Callable[[], object] | None = None) -> None:
         """Save as `path` in the background; a failure is shown and nothing follows."""
         history = self._session.history
         if history is None:
@@ -95,7 +102,7 @@ class Documents(QObject):
         pictures, window = dict(self.pictures()), self.window_state()
 
         def done(_none: None) -> None:
-            if not copy and self._session.history is history:
+            if self._session.history is history:
                 self._session.path = path
                 self.saved.emit(path, state)
             self._session.noticed.emit(f"Saved to {path.name}")
@@ -109,6 +116,8 @@ class Documents(QObject):
             done,
             self._session.report,
             priority=0,
+            # It may go between two ticks of a long computation: it shares nothing with it.
+            urgent=True,
         )
         self._session.busy_changed.emit()
 

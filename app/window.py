@@ -172,6 +172,7 @@ class Window(QMainWindow):
         self.level.set_viewer(self.modes)
         self.stage.settled.connect(self._picture_soon)
         self.documents.pictures = self.steps.pictures
+        self.documents.saved.connect(self._saved)
         session.unpacked.connect(lambda archive: self.steps.take_pictures(dict(archive.pictures)))
         self.appearance.changed.connect(self._dress)
         application = QApplication.instance()
@@ -206,7 +207,9 @@ class Window(QMainWindow):
         self.hint.set_hint(self._hint(document))
         if document is not None and self.viewport.unit != document.unit:
             self.viewport.set_unit(document.unit)
-        self.setWindowTitle(f"{document.name}[*] – Eigenform" if document else "Eigenform")
+        file = self.documents.path
+        name = "" if document is None else document.name if file is None else file.name
+        self.setWindowTitle(f"{name}[*] – Eigenform" if document else "Eigenform")
 
     def _hint(self, document: Document | None) -> str:
         if document is None:
@@ -250,6 +253,10 @@ class Window(QMainWindow):
         path = self.session.path
         if path is not None:
             remember(path)
+
+    def _saved(self, path: Path) -> None:
+        remember(path)
+        self.refresh()
 
     def _level_by_wheel(self, notches: float) -> None:
         self.nudge_level(0.02 * notches)
