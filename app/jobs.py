@@ -7,6 +7,7 @@ hand while modes still stream in. Results cross to the window's thread once, by 
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import logging
 import threading
@@ -73,7 +74,12 @@ class Worker:
     def __init__(self, serve: Callable[[Worker], None]) -> None:
         self.inside: list[Job] = []
         self.left = False
-        self.thread = threading.Thread(target=serve, args=(self,), name="engine", daemon=True)
+        self._serve = serve
+        self.thread = threading.Thread(target=self._run, name="engine", daemon=True)
+
+    def _run(self) -> None:
+        with contextlib.suppress(SystemExit):
+            self._serve(self)
 
     def interrupt(self) -> None:
         """End the thread at its next line of Python; native code that it may be in goes on.

@@ -1,0 +1,144 @@
+"""Tools and steps as bad as a stranger's can be."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from engine import Mesh
+from plugins.api import DataStep, Tool
+
+RELEASE = threading.Event()  # lets what hangs end after the test
+
+
+@dataclass(frozen=True, eq=False)
+class BadStep(DataStep):
+    """Does what `how` says instead of a decent edit."""
+
+    how: str
+    kind: ClassVar[str] = "bad"
+    label: ClassVar[str] = "Bad"
+
+    def apply(self, mesh: Mesh, run: Any = None) -> Any:
+        return getattr(self, f"_{self.how}")(mesh, run)
+
+    def _raises(self, mesh: Mesh, run: Any) -> Any:
+        return 1 / 0
+
+    def _none(self, mesh: Mesh, run: Any) -> Any:
+        return None
+
+    def _text(self, mesh: Mesh, run: Any) -> Any:
+        return "a mesh"
+
+    def _not_a_number(self, mesh: Mesh, run: Any) -> Any:
+        return mesh.with_vertices(mesh.vertices * np.nan)
+
+    def _smuggled(self, mesh: Mesh, run: Any) -> Any:
+        """Get positions that are not finite past the mesh's own check."""
+        bad = object.__new__(Mesh)
+        bad.vertices = mesh.vertices * np.nan
+        bad.faces, bad.topology = mesh.faces, mesh.topology
+        return bad
+
+    def _too_few(self, mesh: Mesh, run: Any) -> Any:
+        return mesh.with_vertices(mesh.vertices[:-1])
+
+    def _too_many(self, mesh: Mesh, run: Any) -> Any:
+        return Mesh(np.concatenate([mesh.vertices, mesh.vertices]), mesh.faces)
+
+    def _far_away(self, mesh: Mesh, run: Any) -> Any:
+        return mesh.with_vertices(mesh.vertices * 1e9)
+
+    def _in_place(self, mesh: Mesh, run: Any) -> Any:
+        mesh.vertices += 1.0
+        return mesh
+
+    def _hangs(self, mesh: Mesh, run: Any) -> Any:
+        """Native code that does not come back: nothing can interrupt it."""
+        RELEASE.wait(60)
+        return mesh
+
+    def _loops(self, mesh: Mesh, run: Any) -> Any:
+        """Python that goes round and round, and swallows what it can."""
+        while not RELEASE.is_set():
+            try:
+                time.sleep(0.001)
+            except Exception:  # noqa: BLE001
+                continue
+        return mesh
+
+    def _copies_faces(self, mesh: Mesh, run: Any) -> Any:
+        """This one is fine."""
+        return Mesh(mesh.vertices + 1.0, mesh.faces.copy())
+
+
+STEPS = ("raises", "none", "text", "not_a_number", "smuggled", "too_few", "too_many", "far_away",
+         "in_place")  # fmt: skip
+
+
+class Bad(Tool):
+    """A tool whose gesture does what `how` says."""
+
+    id = "bad"
+    title = "Bad"
+    how = "raises"
+
+    def gesture(self, context: Any, pointer: Any) -> Any:
+        document = context.document
+        yield
+        if self.how == "raises":
+            raise ZeroDivisionError("division by zero")
+        if self.how == "text":
+            return "done"
+        if self.how == "loops":
+            while not RELEASE.is_set():
+                pass
+        if self.how == "mesh":
+            return replace(document, mesh=document.mesh.with_vertices(document.mesh.vertices + 1))
+        if self.how == "region":
+            return document.with_draft(document.draft.with_roi(np.array([10**9])))
+        if self.how == "level":
+            return document.with_draft(replace(document.draft, level=7.0))
+        if self.how == "preview":
+            context.preview("a picture")
+        if self.how == "mark":
+            context.mark(np.array([-5.5]))
+        if self.how == "draft":
+            return document.with_draft(None)
+        return BadStep(self.how.removeprefix("step "))
+
+
+GESTURES = {
+    "raises": "division by zero",
+    "text": "returned str",
+    "mesh": "changed the mesh without a step",
+    "region": "not ascending vertex ids",
+    "level": "level is 7",
+    "preview": "previews str",
+    "mark": "",
+    "draft": "draft is none",
+}
+
+
+class Asked(Tool):
+    """A tool that raises when it is asked about a document."""
+
+    id = "asked"
+    title = "Asked"
+
+    def hint(self, document: Any) -> str:
+        raise KeyError("no hint")
+
+    def claims(self, document: Any) -> bool:
+        raise KeyError("no claim")
+
+    def available(self, document: Any) -> bool:
+        raise KeyError("not at hand")
+
+    def circle(self, options: Any) -> float | None:
+        raise KeyError("no circle")
