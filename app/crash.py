@@ -67,6 +67,7 @@ class CrashWatch(QObject):
         self._lines = _LastLines()
         self._native: BinaryIO | None = None
         self._native_path: Path | None = None
+        self._watched_before = False
         self._before: tuple[Any, Any] | None = None
         self._caught.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
 
@@ -82,6 +83,7 @@ class CrashWatch(QObject):
             self._native_path = self._folder / name
             self._native = self._native_path.open("xb", buffering=0)
             try_lock(self._native)
+            self._watched_before = faulthandler.is_enabled()
             faulthandler.enable(self._native, all_threads=True)
 
     def stop(self) -> None:
@@ -92,6 +94,8 @@ class CrashWatch(QObject):
         logging.getLogger().removeHandler(self._lines)
         if self._native is not None and self._native_path is not None:
             faulthandler.disable()
+            if self._watched_before and sys.__stderr__ is not None:
+                faulthandler.enable(sys.__stderr__)
             self._native.close()
             self._native_path.unlink(missing_ok=True)
             self._native = None
@@ -167,10 +171,11 @@ def native_crashes(folder: Path) -> list[str]:
     """
     found: list[str] = []
     for path in sorted(folder.glob(NATIVE)):
-        with contextlib.suppress(OSError), path.open("r+b") as file:
-            if try_lock(file) is not True:
-                continue
-            text = file.read(100_000).decode("utf-8", "replace").strip()
+        with contextlib.suppress(OSError):
+            with path.open("r+b") as file:
+                if try_lock(file) is not True:
+                    continue
+                text = file.read(100_000).decode("utf-8", "replace").strip()
             if not text and time.time() - path.stat().st_mtime < 60:
                 # A program that has just begun may not have locked its file yet.
                 continue
