@@ -110,10 +110,10 @@ def _threads() -> set[threading.Thread]:
 
 @pytest.fixture(autouse=True)
 def _no_leaked_thread() -> Iterator[None]:
-    """Fail when a thread that the test started still runs two seconds after it."""
+    """Fail when a thread that the test started still runs five seconds after it."""
     before = _threads()
     yield
-    limit = time.monotonic() + 2.0
+    limit = time.monotonic() + 5.0
     while (left := _threads() - before) and time.monotonic() < limit:
         time.sleep(0.02)
     if left:
