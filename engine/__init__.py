@@ -47,7 +47,7 @@ from engine.region import Region
 from engine.remesh import remesh
 from engine.run import Memo, Run
 from engine.selection import connected_to, grown, inverted, shrunk, smoothed_border
-from engine.sketch import resample_target, source_curve, tidy_stroke
+from engine.sketch import pressure_weights, resample_target, source_curve, tidy_stroke
 from engine.solve import Factor, factorise
 from engine.transfer import Transferred, TransferReport, transfer
 from engine.view import View

@@ -315,6 +315,10 @@ class PreparedEdit:
         """
         inside, which = self._moving(stroke.anchors)
         x = self._surface.rest[np.searchsorted(self.decomposition.roi, stroke.anchors[inside])]
+        if not (stroke.view.depth(x) > 0).all():
+            raise SketchError(
+                "A part of the source curve lies behind the camera. Draw it in front of the camera."
+            )
         here = stroke.view.project(x)
         way = self._options.amount * (stroke.target[inside] - here)
         still = np.linalg.norm(way, axis=1) <= _STILL_PX

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg as sla
 from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
 
 from engine.arrays import F64
 from engine.errors import SketchError
@@ -20,6 +21,7 @@ _ZIGZAG_ANCHORS = 12.0
 # Tremor is smoothed over one and a half steps between anchors, but within these limits.
 _TREMOR_STEPS = 1.5
 _TREMOR_PX = (1.5, 12.0)
+_LEAST_WEIGHT = 0.1
 
 
 def tidy_stroke(path_px: ArrayLike, spacing: float = 2.0, smoothing: float = 0.0) -> F64:
@@ -45,6 +47,27 @@ def tidy_stroke(path_px: ArrayLike, spacing: float = 2.0, smoothing: float = 0.0
     # The Whittaker smoother damps a wave of angular frequency w to 1 / (1 + weight w^4); weight =
     # sigma^4 / 4 has the half-power width of a Gaussian with that sigma.
     return smoothed(even, (smoothing / (s[-1] / (count - 1))) ** 4 / 4, closed=False)
+
+
+def pressure_weights(path_px: ArrayLike, pressures: ArrayLike, anchors_px: ArrayLike) -> F64:
+    """Return weights (c,) for anchors from the pressure of the pen along a source curve.
+
+    The weight is the pressure at the nearest point of the stroke over the highest one, and at
+    least a tenth, so that the ends of a stroke, where a pen is set down and lifted, still hold.
+
+    Parameters
+    ----------
+    path_px, pressures : (p, 2) px and (p,) in 0..1 as they were drawn.
+    anchors_px : (c, 2) where the anchors are seen in the same view.
+    """
+    path = np.asarray(path_px, dtype=np.float64)
+    pressure = np.asarray(pressures, dtype=np.float64)
+    if pressure.shape != (len(path),) or not np.isfinite(pressure).all():
+        raise SketchError("Give one pressure for each point of the stroke.")
+    nearest = cKDTree(path).query(np.asarray(anchors_px, dtype=np.float64))[1]
+    highest = float(pressure.max())
+    share = pressure[nearest] / highest if highest > 0 else np.ones(len(nearest))
+    return np.asarray(np.clip(share, _LEAST_WEIGHT, 1.0))
 
 
 def checked_path(path_px: ArrayLike) -> F64:

@@ -433,6 +433,12 @@ class TestRefused:
             with pytest.raises(RecipeError):
                 edit.apply(PLATE)
 
+    def test_a_curve_behind_the_camera(self) -> None:
+        behind = camera((0.5, -3.0, 0.6), (0.5, -6.0, 0.6))
+        stroke = Stroke(ANCHORS, behind, np.full((len(ANCHORS), 2), 100.0))
+        with pytest.raises(SketchError, match="behind the camera"):
+            SketchEdit(ROI, 0.0, (stroke,)).apply(PLATE)
+
     def test_anchors_that_cannot_move(self) -> None:
         border = np.flatnonzero(PLATE.topology.border_vertices)[:5]
         stroke = Stroke(border, SIDE, SIDE.project(PLATE.vertices[border]) + 5)

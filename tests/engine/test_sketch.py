@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine import SketchError, resample_target, source_curve, tidy_stroke
+from engine import SketchError, pressure_weights, resample_target, source_curve, tidy_stroke
 from engine.arrays import F64
 from engine.sketch import along, chord_lengths, smoothed
 
@@ -175,6 +175,16 @@ class TestStrokes:
         true = 50 * np.sin(calm[:, 0] / 100)
         assert np.std(calm[5:-5, 1] - true[5:-5]) < 0.5
         assert (calm[[0, -1]] == shaken[[0, -1]]).all()
+
+    def test_pressure_gives_weights(self) -> None:
+        path = np.column_stack([np.arange(0, 101.0, 10), np.zeros(11)])
+        pressure = np.concatenate([[0.0], np.linspace(0.2, 0.8, 9), [0.0]])
+        anchors = np.array([[1.0, 3], [11, 0], [89, -2], [50, 1]])
+        weights = pressure_weights(path, pressure, anchors)
+        assert np.allclose(weights, [0.1, 0.25, 1.0, 0.625])
+        assert (pressure_weights(path, np.zeros(11), anchors) == 1).all()
+        with pytest.raises(SketchError):
+            pressure_weights(path, pressure[:3], anchors)
 
     def test_points_at_lengths(self) -> None:
         path = np.array([[0, 0], [3, 4], [3, 10.0]])
