@@ -39,6 +39,7 @@ from app.panels.steps import THUMBNAIL, StepsPanel
 from app.panels.toolbar import ToolRail, ToolStrip
 from app.places import state_folder
 from app.plate import Plate
+from app.plugin_list import PluginList, all_failures
 from app.safety import Safety
 from app.session import Session
 from app.stage import Stage
@@ -52,6 +53,7 @@ from plugins.registry import Failure, find_tools
 PANEL_WIDTH = 304
 FIRST_SIZE = (1280, 860)
 RECENT = 8
+Y_UP = (".obj", ".glb", ".gltf", ".dae")  # formats whose models mostly stand along y
 OPENS = "Meshes and documents (*.eigenform *.obj *.ply *.stl *.off *.3mf);;All files (*)"
 EXPORTS = "PLY, exact (*.ply);;Wavefront OBJ (*.obj);;STL (*.stl);;OFF (*.off);;3MF (*.3mf)"
 
@@ -250,6 +252,8 @@ class Window(QMainWindow):
         if document is not None:
             self.viewport.set_unit(document.unit)
             self.viewport.set_reference(document.original.vertices)
+            suffix = Path(document.name).suffix.lower()
+            self.set_up_axis("y" if suffix in Y_UP else "z")
         path = self.session.path
         if path is not None:
             remember(path)
@@ -257,6 +261,18 @@ class Window(QMainWindow):
     def _saved(self, path: Path) -> None:
         remember(path)
         self.refresh()
+
+    def set_up_axis(self, axis: str) -> None:
+        """Take "y" or "z" as upright, and frame the form again."""
+        if self.up_axis != axis:
+            self.viewport.set_up_axis(axis)
+            self.viewport.frame(animate=False)
+            self.refresh()
+
+    @property
+    def up_axis(self) -> str:
+        """The axis that is upright on screen."""
+        return {1: "y", 2: "z"}[self.viewport.eye.up]
 
     def _level_by_wheel(self, notches: float) -> None:
         self.nudge_level(0.02 * notches)
@@ -375,10 +391,8 @@ class Window(QMainWindow):
         self._keys.raise_()
 
     def show_plugins(self) -> None:
-        """List the tools that were found, and what failed to load and why."""
-        found = [f"{tool.title}: {tool.tip}" for tool in self.toolhost.tools.values()]
-        failed = [str(failure) for failure in self.failures]
-        self.plate.say("Plugins", [*failed, *found], {"Close": lambda: None})
+        """List what was found, what failed to load and why, and the person's own files."""
+        PluginList(self.toolhost, all_failures(), self).show()
 
     def _show_report(self, report: ImportReport) -> None:
         """Say what was done to a file, and offer to take it as it is."""

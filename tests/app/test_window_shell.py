@@ -362,6 +362,21 @@ def test_the_unit_is_the_persons_choice(window: Window) -> None:
     assert window.viewport.unit == "cm"
 
 
+def test_obj_files_stand_along_y_and_u_turns_them(
+    make_window, qtbot, sphere: Mesh, tmp_path: Path
+) -> None:
+    from engine import save
+
+    save(sphere, tmp_path / "form.obj")
+    window = make_window()
+    assert window.up_axis == "z"
+    window.session.open(tmp_path / "form.obj")
+    qtbot.waitUntil(lambda: window.session.document is not None, timeout=30_000)
+    assert window.up_axis == "y"
+    qtbot.keyClick(window.viewport, Qt.Key.Key_U)
+    assert window.up_axis == "z"
+
+
 def test_a_picture_is_saved_on_nothing(window: Window, qtbot, tmp_path: Path) -> None:
     from PySide6.QtGui import QImage
 
