@@ -185,6 +185,9 @@ class ToolHost(QObject):
         self._hand_over()
 
     def _follow(self) -> None:
+        # The document went on beneath a gesture (undo by a key, a late refusal): the gesture works
+        # on what is no more, and another tool may take over now.
+        self.cancel()
         tool = self.active
         if tool is None or not tool.repeats or not self.available(self._active):
             self._hand_over()

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QCoreApplication, QEvent, QTimer
+from PySide6.QtCore import QCoreApplication, QEvent, Qt, QTimer
 
 from app.window import Window
 from engine import Document, Draft, Mesh, save
@@ -156,6 +156,25 @@ def test_memory_is_flat_over_windows(
     growth = (sizes[-1] - sizes[0]) / (len(sizes) - 1)
     print(f"memory over {rounds} windows: {sizes[0]:.0f} to {sizes[-1]:.0f} MB, {growth:.2f} each")
     assert growth < 5.0
+
+
+def test_a_document_that_goes_on_beneath_a_gesture_ends_it(window: Window, qtbot) -> None:
+    session, mouse, view = window.session, Mouse(), window.viewport
+    mouse.stroke(window, circle(view, 0, 0, 0.22))
+    qtbot.waitUntil(settled(window), timeout=60_000)
+    session.undo()
+    qtbot.waitUntil(settled(window), timeout=60_000)
+    assert window.toolhost.active.id == "lasso"
+    mouse.stroke(window, circle(view, 0, 0, 0.2), release=False)
+    assert window.toolhost.in_gesture
+    session.redo()
+    assert not window.toolhost.in_gesture
+    document = session.document
+    mouse.send(view, "release", (300, 300), Qt.KeyboardModifier.NoModifier)
+    pump(None, 20)
+    assert session.document is document
+    assert session.problem == ""
+    assert window.toolhost.switched_off == set()
 
 
 def test_two_jobs_never_write_the_same_document(window: Window, qtbot) -> None:
