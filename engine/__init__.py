@@ -2,8 +2,8 @@
 
 from engine.align import Alignment, align
 from engine.anchors import AnchorPath, anchor_path, trace_anchors
-from engine.archive import Archive, open_archive, save_archive
 from engine.applied import StepError, applied
+from engine.archive import Archive, open_archive, save_archive
 from engine.arrays import B1, F64, I64
 from engine.closest import Closest, closest_points
 from engine.data_step import DataStep, ids_from_text, ids_to_text
@@ -50,4 +50,4 @@ from engine.selection import connected_to, grown, inverted, shrunk, smoothed_bor
 from engine.sketch import pressure_weights, resample_target, source_curve, tidy_stroke
 from engine.solve import Factor, factorise
 from engine.transfer import Transferred, TransferReport, transfer
-from engine.view import View
+from engine.view import View, look_at
