@@ -23,6 +23,12 @@ FEATHER = 5  # rings of vertices over which the tint fades out
 #: Thickness in logical pixels by role.
 _KEPT = 60_000  # vertices of the region that a stand-in may keep as they are
 _NO_IDS: I64 = np.zeros(0, dtype=np.int64)
+# Clear where one looks straight at it: the ghost shows its outlines and hides nothing of the form,
+# which it would cover with blotches wherever it pokes out.
+_ONLY_OUTLINES = """//VTK::Light::Impl
+  float ghostTurned = 1.0 - abs(normalVCVSOutput.z);
+  gl_FragData[0].a *= ghostTurned * ghostTurned;
+"""
 _GHOST_GAP = 0.02  # scene units: below this the ghost would only flicker on the form
 _LINE = {"rim": 2.5, "source": 5.0, "guide": 2.0, "region": 2.5, "target": 4.0, "pin": 12.0}
 
@@ -247,13 +253,16 @@ class Scene:
         positions = self._ghost_positions[used]
         self._ghost = Surface(positions, np.searchsorted(used, faces), (255, 255, 255))
         look = self._ghost.actor.GetProperty()
-        look.SetOpacity(0.22)
+        look.SetOpacity(0.55)
         look.BackfaceCullingOn()
         look.SetAmbient(0.35)
         look.SetDiffuse(0.65)
         self._ghost.mapper.ScalarVisibilityOff()
         look.SetColor(*rgb("#dfe6f2"))
         self._ghost.actor.PickableOff()
+        self._ghost.actor.GetShaderProperty().AddFragmentShaderReplacement(
+            "//VTK::Light::Impl", True, _ONLY_OUTLINES, False
+        )
         self.renderer.AddActor(self._ghost.actor)
 
     def show_curve(
