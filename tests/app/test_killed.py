@@ -66,5 +66,6 @@ def killed(folder: Path, seed: int, after: float) -> list[str]:
         process.kill()
         rest = process.stdout.read().split("\n")
     process.wait()
-    # The last line may have been cut off by the kill.
-    return [line for line in (first.strip(), *rest) if len(line) == 64]
+    # The last line may have been cut off by the kill; opening notes the same state more than once.
+    whole = [line for line in (first.strip(), *rest) if len(line) == 64]
+    return [line for line, before in zip(whole, ["", *whole], strict=False) if line != before]
