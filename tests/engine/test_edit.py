@@ -14,7 +14,9 @@ from hypothesis.extra import numpy as hnp
 from scipy.spatial.transform import Rotation
 
 from engine import (
+    Cancelled,
     EditOptions,
+    Memo,
     Mesh,
     RecipeError,
     Run,
@@ -92,6 +94,43 @@ class TestSolve:
         moved = replace(EDIT, strokes=(lifted(PLATE, SIDE, ANCHORS, 20),))
         moved.apply(PLATE, run)
         assert (EDIT.apply(PLATE, run).vertices == once.vertices).all()
+
+    def test_cancelling_leaves_nothing_half_done(self) -> None:
+        told: list[str] = []
+        memo = Memo()
+
+        def stop_at_the_anchors(_: float, words: str) -> None:
+            told.append(words)
+            if words == "Preparing the surface":
+                run.cancel()
+
+        run = Run(stop_at_the_anchors, memo)
+        with pytest.raises(Cancelled):
+            EDIT.prepare(PLATE, run)
+        assert told[-1] == "Preparing the surface"
+        again = EDIT.apply(PLATE, Run(memo=memo))
+        assert (again.vertices == EDIT.apply(PLATE).vertices).all()
+
+    @pytest.mark.parametrize("count", [1, 2, 3, 7])
+    def test_regions_of_a_few_vertices(self, count: int) -> None:
+        roi = np.sort(ANCHORS[:count])
+        stroke = lifted(PLATE, SIDE, ANCHORS[:count], 10)
+        for level in (0.0, 1.0):
+            result = SketchEdit(roi, level, (stroke,)).prepare(PLATE).solve((stroke,))
+            assert result.target_error_px < 0.5
+            assert np.isfinite(result.vertices).all()
+
+    def test_several_islands(self) -> None:
+        x = PLATE.vertices
+        roi = np.flatnonzero(
+            ((x[:, 0] < 0.45) | (x[:, 0] > 0.55)) & ~PLATE.topology.border_vertices
+        )
+        rows = (row_of(PLATE, 0.5, 0.15, 0.4), row_of(PLATE, 0.5, 0.6, 0.85))
+        both = tuple(lifted(PLATE, SIDE, row, 30) for row in rows)
+        result = SketchEdit(roi, 0.0, both).prepare(PLATE).solve(both)
+        assert result.target_error_px < 0.5
+        between = (x[:, 0] >= 0.45) & (x[:, 0] <= 0.55)
+        assert (result.vertices[between] == x[between]).all()
 
     def test_parallel_projection(self) -> None:
         view = parallel(1, scale=0.8)
