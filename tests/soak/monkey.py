@@ -131,8 +131,11 @@ class Monkey:
         ]
         window.session.problem_changed.connect(self._note_problem)
 
-    def play(self, events: int) -> Walk:
-        """Send so many events, then undo everything; return what was found."""
+    def play(self, events: int, say: Callable[[str], object] = lambda _line: None) -> Walk:
+        """Send so many events, then undo everything; return what was found.
+
+        `say` is told from time to time how far the walk is.
+        """
         drawing = [
             Viewport.paintGL,
             Viewport.initializeGL,
@@ -146,12 +149,17 @@ class Monkey:
         closing.timeout.connect(close_what_waits)
         closing.start(150)
         weights = [weight for weight, _ in self.acts]
+        told = 0
         with answered_dialogs(self), watch.running():
             while self.walk.events < events:
                 act = self.dice.choices(self.acts, weights)[0][1]
                 self.walk.acts[act.__name__] += 1
                 watch.doing = act.__name__
                 act()
+                if self.walk.events >= told + 500:
+                    told = self.walk.events
+                    worst = max((one.cpu for one in watch.stalls), default=0.0)
+                    say(f"{told} events, longest call {1000 * worst:.0f} ms, {memory_mb():.0f} MB")
                 if not self.window.isVisible():
                     raise AssertionError(f"the window went after {act.__name__}")
         closing.stop()
@@ -475,7 +483,7 @@ def main(arguments: list[str] | None = None) -> int:
         monkey = Monkey(window, given.seed, folder, files)
         monkey._wait(10)
         monkey.walk.memory.append(memory_mb())
-        walk = monkey.play(given.events)
+        walk = monkey.play(given.events, lambda line: print(line, len(raised), flush=True))
         walk.memory.append(memory_mb())
         window.safety.leave()
         window.close()
