@@ -28,6 +28,8 @@ OVERLAP = 3
 # How much a shift may hold more than it was meant to, before one is put nearer.
 SLACK = 1.6
 SAME = 1e-7
+# Vectors advanced together: eigenvalues of up to that multiplicity are found at once.
+BLOCK = 4
 WIDEST_BLOCK = 24
 
 
@@ -83,7 +85,7 @@ class _Slicer:
     def __init__(self, s: sp.csr_array, run: Run, pool: ThreadPoolExecutor) -> None:
         self.s = s
         self.m = s.shape[0]
-        self.block = 3 if self.m < 60_000 else 4
+        self.block = BLOCK
         self.run = run
         self.pool = pool
         self.edge = Edge(0.0, 0, np.zeros(0), np.zeros((0, self.m)))
