@@ -237,7 +237,7 @@ def test_a_smallest_feature_typed_sets_the_level(window: Window, qtbot) -> None:
     k = known.mode_count(session.document.draft.level)
     assert known.wavelength(k) == pytest.approx(20, rel=0.2)
     assert known.wavelength(k) >= 20
-    assert window.level.histogram.cutoff is not None
+    qtbot.waitUntil(lambda: window.level.histogram.cutoff is not None)
 
 
 def test_a_plate_says_and_asks(window: Window, qtbot) -> None:
