@@ -43,6 +43,7 @@ log = logging.getLogger(__name__)
 NATIVE = "native-*.log"
 KEPT_LINES = 60
 KEPT_REPORTS = 20
+SAME_SECONDS = 2.0
 PACKAGES = ("eigenform", "PySide6-Essentials", "vtk", "pyvista", "pyvistaqt", "numpy", "scipy")
 
 
@@ -68,6 +69,7 @@ class CrashWatch(QObject):
         self._native: BinaryIO | None = None
         self._native_path: Path | None = None
         self._watched_before = False
+        self._latest = ("", 0.0)
         self._before: tuple[Any, Any] | None = None
         self._caught.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
 
@@ -111,6 +113,9 @@ class CrashWatch(QObject):
             sys.__excepthook__(kind, error, trace)
             return
         text = "".join(traceback.format_exception(kind, error, trace))
+        before, self._latest = self._latest, (text, time.monotonic())
+        if before[0] == text and self._latest[1] - before[1] < SAME_SECONDS:
+            return  # a paint event fails again with every frame: once is enough
         log.error("Nobody caught this:\n%s", text)
         report = f"{about()}\n{text}\nLast log lines:\n{self._lines.text}"
         self._keep(report)

@@ -155,6 +155,21 @@ def test_whatever_fails_is_reported(
     assert words in kept.read_text(encoding="utf-8")
 
 
+def test_what_fails_with_every_frame_is_reported_once(
+    watch: CrashWatch, qtbot, tmp_path: Path
+) -> None:
+    reports: list[str] = []
+    watch.crashed.connect(reports.append)
+    clumsy, timer = Clumsy(), QTimer()
+    timer.setInterval(5)
+    timer.timeout.connect(clumsy.fail)
+    timer.start()
+    qtbot.wait(300)
+    timer.stop()
+    assert len(reports) == 1
+    assert len(list((tmp_path / "state" / "reports").iterdir())) == 1
+
+
 def test_the_hooks_are_given_back(qapp, tmp_path: Path) -> None:
     before = (sys.excepthook, threading.excepthook)
     watch = CrashWatch(tmp_path)
@@ -195,7 +210,7 @@ def test_a_failing_slot_leaves_the_window_usable(
     qtbot.waitUntil(lambda: window.safety._dialog is not None)
     dialog = window.safety._dialog
     with qtbot.waitSignal(window.safety.watch.crashed):
-        QTimer.singleShot(0, lambda: [][1])
+        QTimer.singleShot(0, lambda: {}["other"])
     assert window.safety._dialog is dialog
     assert "2 times" in dialog.sentence
     copy = tmp_path / "copy.eigenform"
