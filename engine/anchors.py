@@ -175,22 +175,31 @@ def _near_faces(mesh: Mesh, faces: I64, allowed: B1) -> I64:
 
 
 def _bridges(mesh: Mesh, pool: I64, starts: I64, ends: I64) -> list[I64] | None:
-    """Return the faces strictly between each start and end on the shortest way inside `pool`."""
+    """Return the faces strictly between each start and end on the shortest way inside `pool`.
+
+    Where triangles are smaller than pixels there are hundreds of gaps, each a few faces wide, so
+    a way is first looked for nearby only.
+    """
     graph = _dual_graph(mesh, pool)
     local = np.full(len(mesh.faces), -1, dtype=np.int64)
     local[pool] = np.arange(len(pool))
-    from_ids, which = np.unique(local[starts], return_inverse=True)
-    distance, before = dijkstra(graph, directed=False, indices=from_ids, return_predecessors=True)
+    middle = mesh.vertices[mesh.faces[starts]].mean(axis=1)
+    across = np.linalg.norm(middle - mesh.vertices[mesh.faces[ends]].mean(axis=1), axis=1)
+    step = float(np.median(graph.data)) if graph.nnz else 0.0
     bridges = []
-    for source, end in zip(which, local[ends], strict=True):
-        if not np.isfinite(distance[source, end]):
+    for start, end, apart in zip(local[starts], local[ends], across, strict=True):
+        for reach in (4.0 * (apart + step), np.inf):
+            distance, before = dijkstra(
+                graph, directed=False, indices=start, limit=reach, return_predecessors=True
+            )
+            if np.isfinite(distance[end]):
+                break
+        else:
             return None
-        way = []
-        at = before[source, end]
-        while at >= 0 and at != from_ids[source]:
-            way.append(at)
-            at = before[source, at]
-        bridges.append(pool[np.array(way[::-1], dtype=np.int64)])
+        way = [int(before[end])]
+        while way[-1] >= 0 and way[-1] != start:
+            way.append(int(before[way[-1]]))
+        bridges.append(pool[np.array(way[-2::-1], dtype=np.int64)])
     return bridges
 
 

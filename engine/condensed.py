@@ -27,6 +27,7 @@ from engine.errors import SolveError
 
 # Fields of cholmod_common as ints, and its constants; `engine.cholmod` checks the version.
 _SUPERNODAL, _PRINT, _METHODS = 12, 36, 42
+_DEFAULTS = (1, 3, 0)
 _ALWAYS, _ONE_METHOD, _SOLVE_LT = 2, 1, 5
 _UPPER, _INT, _REAL = 1, 0, 1
 # Fields of cholmod_factor behind x, as words.
@@ -107,6 +108,8 @@ class Condensed:
         common = ctypes.create_string_buffer(cholmod._COMMON_BYTES)
         self._lib.cholmod_start(common)
         ints = ctypes.cast(common, ctypes.POINTER(ctypes.c_int))
+        if (ints[_SUPERNODAL], ints[_PRINT], ints[_METHODS]) != _DEFAULTS:
+            raise SolveError("This release of CHOLMOD lays its settings out in an unknown way.")
         ints[_SUPERNODAL], ints[_PRINT] = _ALWAYS, 0
         return common
 
@@ -128,7 +131,11 @@ class Condensed:
             self._factor + ctypes.sizeof(cholmod._Factor), ctypes.POINTER(ctypes.c_size_t)
         )
         count = int(words[_N_SUPER])
+        if not 0 < count <= self.n:
+            raise SolveError("This release of CHOLMOD lays its factors out in an unknown way.")
         first, rows_at, values_at = (_ints(words[k], count + 1) for k in (_SUPER, _PI, _PX))
+        if first[0] != 0 or first[-1] != self.n or (np.diff(first) <= 0).any():
+            raise SolveError("This release of CHOLMOD lays its factors out in an unknown way.")
         rows = _ints(words[_S], int(rows_at[-1]))
         address = self._struct(self._factor).x
         start = self.n - c
