@@ -41,6 +41,14 @@ from app.places import state_folder
 from app.plate import Plate
 from app.plugin_list import PluginList, all_failures
 from app.safety import Safety
+from app.seeing import (
+    UNIT_WORDS,
+    PictureDialog,
+    TraceBar,
+    likely_unit,
+    picture_file,
+    unit_question,
+)
 from app.session import Session
 from app.stage import Stage
 from app.status import Status
@@ -76,6 +84,7 @@ class Window(QMainWindow):
         self.safety: Safety | None = None
         self.actions_table = Actions(self, self.viewport)
         self.hint = HintLine(self.viewport)
+        self.trace_bar = TraceBar(self.viewport)
         self.modes = ModesViewer(self.session, self.stage, self.viewport)
         self.compare: Compare | None = None
         self.welcome = Welcome(self.session, self.viewport)
@@ -143,6 +152,8 @@ class Window(QMainWindow):
         self.recent_menu.aboutToShow.connect(self._fill_recent)
         self.regions_menu = QMenu("Kept regions", self)
         self.regions_menu.aboutToShow.connect(self._fill_regions)
+        self.views_menu = QMenu("Kept views", self)
+        self.views_menu.aboutToShow.connect(self._fill_views)
         menus: dict[str, QMenu] = {}
         for name, action in self.actions_table.table.items():
             if not action.menu:
@@ -155,6 +166,8 @@ class Window(QMainWindow):
                 menu.addMenu(self.recent_menu)
             elif name == "region.keep":
                 menu.addMenu(self.regions_menu)
+            elif name == "view.keep":
+                menu.addMenu(self.views_menu)
 
     def _connect(self) -> None:
         session, host = self.session, self.toolhost
@@ -206,6 +219,8 @@ class Window(QMainWindow):
         self.rail.refresh()
         self.strip.refresh()
         self.edit.set_ready(self.toolhost.can_enter())
+        tool = self.toolhost.active
+        self.viewport.set_tool_navigates(tool is not None and tool.navigates)
         self.hint.set_hint(self._hint(document))
         if document is not None and self.viewport.unit != document.unit:
             self.viewport.set_unit(document.unit)
@@ -254,6 +269,7 @@ class Window(QMainWindow):
             self.viewport.set_reference(document.original.vertices)
             suffix = Path(document.name).suffix.lower()
             self.set_up_axis("y" if suffix in Y_UP else "z")
+            self._ask_unit()
         path = self.session.path
         if path is not None:
             remember(path)
@@ -355,15 +371,25 @@ class Window(QMainWindow):
         if not kept:
             self.regions_menu.addAction("None yet").setEnabled(False)
 
-    def ask_picture(self) -> None:
-        """Let the person choose where a picture of the form goes."""
-        name, _ = QFileDialog.getSaveFileName(self, "Save a picture", _folder(), "PNG (*.png)")
-        if name:
-            self.save_picture(Path(name))
+    def _fill_views(self) -> None:
+        self.views_menu.clear()
+        document = self.session.document
+        kept = {} if document is None else document.views
+        for name, view in kept.items():
+            menu = self.views_menu.addMenu(name)
+            menu.addAction("Look from here", lambda v=view: self.viewport.recall(v))
+            menu.addAction("Forget", lambda n=name: self.session.forget_view(n))
+        if not kept:
+            self.views_menu.addAction("None yet").setEnabled(False)
 
-    def save_picture(self, path: Path, scale: float = 2.0, transparent: bool = True) -> None:
-        """Write a picture of the form, on nothing, at a multiple of its size on screen."""
-        size = (round(self.viewport.width() * scale), round(self.viewport.height() * scale))
+    def ask_picture(self) -> None:
+        """Let the person choose a picture's size and background, and where it goes."""
+        dialog = PictureDialog(self.viewport, self)
+        if dialog.exec() and (path := picture_file(self, _folder())) is not None:
+            self.save_picture(path, dialog.size_in_pixels, dialog.transparent.isChecked())
+
+    def save_picture(self, path: Path, size: tuple[int, int], transparent: bool = True) -> None:
+        """Write a picture of the form of `size` pixels, on nothing or on the ground."""
         image = self.viewport.render_image(size, transparent)
         target = path if path.suffix else path.with_suffix(".png")
         if image.save(str(target)):
@@ -374,13 +400,21 @@ class Window(QMainWindow):
     def ask_backdrop(self) -> None:
         """Let the person choose a picture to trace; the same again takes it away."""
         if self.viewport.overlay.backdrop is not None:
-            self.viewport.set_backdrop(None)
+            self.trace_bar.remove()
             return
         name, _ = QFileDialog.getOpenFileName(
             self, "Picture to trace", _folder(), "Pictures (*.png *.jpg *.jpeg *.bmp *.webp)"
         )
         if name:
-            self.viewport.set_backdrop(QImage(name))
+            self.trace(Path(name))
+
+    def trace(self, path: Path) -> None:
+        """Lay the picture in a file over the form, to trace it."""
+        image = QImage(str(path))
+        if image.isNull():
+            self.session.fail(f"{path.name} is not a picture. Choose a PNG or JPEG file.")
+            return
+        self.trace_bar.trace(image)
 
     def show_keys(self) -> None:
         """Show every action with its keys."""
@@ -400,8 +434,25 @@ class Window(QMainWindow):
         buttons: dict[str, Callable[[], object]] = {}
         if report.repairs and path is not None:
             buttons["Open without repairs"] = lambda: self.session.open(path, clean=False)
-        buttons["Good"] = lambda: None
-        self.plate.say(f"Opened {report.name}", report.lines(), buttons)
+        document = self.session.document
+        doubtful = document is not None and likely_unit(document) is not None
+        question = [unit_question(document)] if document is not None and doubtful else []
+        buttons |= self._unit_buttons() if doubtful else {"Good": lambda: None}
+        self.plate.say(f"Opened {report.name}", [*report.lines(), *question], buttons)
+
+    def _ask_unit(self) -> None:
+        """Ask what one unit is when the model would be oddly small or large."""
+        document = self.session.document
+        if document is not None and likely_unit(document) is not None:
+            self.plate.say(
+                f"Opened {document.name}", [unit_question(document)], self._unit_buttons()
+            )
+
+    def _unit_buttons(self) -> dict[str, Callable[[], object]]:
+        return {
+            words.capitalize(): lambda unit=unit: self.session.set_unit(unit)
+            for unit, words in UNIT_WORDS.items()
+        }
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         """Take a dropped file."""

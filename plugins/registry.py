@@ -72,6 +72,11 @@ def kinds() -> Kinds:
     return find_steps().items
 
 
+def origins(group: str) -> dict[str, str]:
+    """Return who offers each tool or step of a group: a distribution or a file."""
+    return {point.name: _origin(point) for point in reversed(_all_points(group))}
+
+
 def _load(group: str, points: Points | None, check: Callable[[str, Any], T]) -> Found[T]:
     items: dict[str, T] = {}
     failures: list[Failure] = []

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from resources.samples import SAMPLES, Features, features, sample_path
 
-__all__ = ["SAMPLES", "Features", "features", "sample_path"]
+EXAMPLES = Path(__file__).parent / "examples"
+"""Folder of the example plugin and the example script that the README shows."""
+
+__all__ = ["EXAMPLES", "SAMPLES", "Features", "features", "sample_path"]
