@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QSettings
 
 from app.actions import Action, with_document, with_region
+from app.seeing import seeing
 from app.viewport.shading import Display
 from engine import Document, Topology
 from engine.arrays import I64
@@ -29,6 +30,7 @@ def commands(window: Window) -> list[Action]:
         *_region(window),
         *_tools(window),
         *_view(window),
+        *seeing(window),
         *_help(window),
     ]
 

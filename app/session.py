@@ -31,6 +31,7 @@ from engine import (
 )
 from engine.archive import DOCUMENT_SUFFIX, Archive, open_archive
 from engine.arrays import F64, I64, frozen
+from engine.view import View
 from plugins.registry import kinds
 
 log = logging.getLogger(__name__)
@@ -219,6 +220,16 @@ class Session(QObject):
             roi = None if forget else document.draft.roi
             label = "Region forgotten" if forget else f"Region kept: {name}"
             self.change(document.with_region(name, roi), label)
+
+    def keep_view(self, name: str, view: View) -> None:
+        """Keep a camera in the document under a name."""
+        if self.document is not None:
+            self.change(self.document.with_view(name, view), f"View kept: {name}")
+
+    def forget_view(self, name: str) -> None:
+        """Forget the camera kept under a name."""
+        if self.document is not None:
+            self.change(self.document.with_view(name, None), "View forgotten")
 
     def set_symmetry(self, on: bool) -> None:
         """Mirror the region and what is drawn across the model's plane of symmetry, or stop."""

@@ -32,6 +32,7 @@ from plugins.api import Gesture, Hit, Pointer, Role, Tool
 
 log = logging.getLogger(__name__)
 
+SPAN = "span"
 KEPT = ("original", "mesh", "recipe")  # of a document; only a step changes these
 
 
@@ -55,6 +56,10 @@ class Canvas(Protocol):
     def ink(self, path: F64, role: Role, closed: bool = False) -> None: ...
 
     def clear_ink(self) -> None: ...
+
+    def show_curve(self, name: str, points: F64, role: str, *, label: str) -> None: ...
+
+    def hide_curve(self, name: str) -> None: ...
 
 
 class NonsenseError(Exception):
@@ -127,6 +132,7 @@ class ToolHost(QObject):
         self._active = next(iter(self.tools), "")
         self._gesture: Gesture | None = None
         self._marked = False
+        self._spanned = False
         self.reasons: dict[str, str] = {}
         self._patience = Patience()
         self._makers: dict[type, Tool] = {}
@@ -151,6 +157,7 @@ class ToolHost(QObject):
         if name not in self.tools or name in self.switched_off:
             return
         self.cancel()
+        self._unspan()
         self._active = name
         self._session.clear_problem()
         self._show_live()
@@ -490,6 +497,16 @@ class ToolHost(QObject):
         elif tool is not None:
             self._makers[type(change)] = tool
         self._session.preview(change)
+
+    def span(self, first: F64, last: F64, text: str) -> None:
+        """Show a line between two points with words until the tool is put away."""
+        self._canvas.show_curve(SPAN, np.array([first, last]), "guide", label=text)
+        self._spanned = True
+
+    def _unspan(self) -> None:
+        if self._spanned:
+            self._canvas.hide_curve(SPAN)
+            self._spanned = False
 
     def say(self, text: str) -> None:
         """Put a sentence where the hint is."""

@@ -130,6 +130,10 @@ class Context(Protocol):
         """Show `ids` as the region until the gesture ends; nothing is computed for it."""
         ...
 
+    def span(self, first: F64, last: F64, text: str) -> None:
+        """Show a line between two points (3,) with words, until the tool is put away."""
+        ...
+
     def preview(self, change: Document | Step) -> None:
         """Show what `change` would give, as soon as it is computed; the newest wins."""
         ...
@@ -170,6 +174,7 @@ class Tool:
     shortcut : one key.
     label : what the history says after a gesture.
     order : place in the tool rail, small numbers first.
+    navigates : whether strokes move the camera while the tool is in hand.
     live : whether what `enter` returns is previewed as the person sets the options.
     repeats : whether the tool stays in hand after a gesture; if not, the flow goes on with the
         tool that `claims` the new document.
@@ -184,6 +189,7 @@ class Tool:
     shortcut: ClassVar[str] = ""
     label: ClassVar[str] = ""
     order: ClassVar[int] = 100
+    navigates: ClassVar[bool] = False
     live: ClassVar[bool] = False
     repeats: ClassVar[bool] = True
     Options: ClassVar[type] = NoOptions

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from engine.arrays import F64
 
 FIELD_OF_VIEW = 28.0
-_HALF = math.tan(math.radians(FIELD_OF_VIEW / 2))
+HALF_STEEPNESS = math.tan(math.radians(FIELD_OF_VIEW / 2))
 _FARTHEST = 1e6
 _NEAREST = 1e-5
 
@@ -61,7 +61,7 @@ class Eye:
     @property
     def half_height(self) -> float:
         """Half the height of what is seen at `centre`, in scene units."""
-        return self.distance * _HALF
+        return self.distance * HALF_STEEPNESS
 
     def unit_per_pixel(self, points: F64, height: float) -> F64:
         """Return the scene units in one pixel at each of `points` (p, 3), as (p,).
@@ -132,7 +132,7 @@ class Eye:
         return replace(
             self,
             centre=self.axes.T @ middle,
-            distance=min(_FARTHEST, max(_NEAREST, margin * size / _HALF + depth)),
+            distance=min(_FARTHEST, max(_NEAREST, margin * size / HALF_STEEPNESS + depth)),
         )
 
     def towards(self, other: Eye, share: float) -> Eye:

@@ -62,6 +62,7 @@ class Hands(QObject):
         self._motion: Motion | None = None
         self._last = QPointF()
         self._space = False
+        self.navigates = False  # the tool in hand moves the camera
         self._pen_last = 0.0
         self._touch: tuple[QPointF, float] | None = None
         viewport.installEventFilter(self)
@@ -127,7 +128,7 @@ class Hands(QObject):
 
     def _mouse_motion(self, button: Any, modifiers: Any) -> Motion | None:
         if button == _Button.LeftButton:
-            return _by_modifiers(modifiers) if self._space else None
+            return _by_modifiers(modifiers) if self._space or self.navigates else None
         if button in (_Button.MiddleButton, _Button.RightButton):
             return _by_modifiers(modifiers)
         return None
@@ -146,7 +147,7 @@ class Hands(QObject):
         if self.busy:
             return True
         barrel = _barrel(event.buttons()) or _barrel(event.button())
-        if barrel or self._space:
+        if barrel or self._space or self.navigates:
             self._begin_motion(_by_modifiers(event.modifiers()), event.button(), event.position())
         elif event.button() == _Button.LeftButton:
             self._drawing, self._held = "pen", event.button()
@@ -316,7 +317,7 @@ class Hands(QObject):
     def _end_motion(self) -> None:
         if self._motion is not None:
             self._motion, self._held = None, None
-            self._viewport.set_navigating(self._space)
+            self._viewport.set_navigating(self._space or self.navigates)
 
     def _send(self, kind: Any, event: Any, pen: bool = False, at: QPointF | None = None) -> None:
         place = event.position() if at is None else at

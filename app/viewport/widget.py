@@ -28,6 +28,7 @@ from app.viewport.navigation import Navigation
 from app.viewport.overlay import Backdrop, Overlay, SpaceCurve
 from app.viewport.picking import Sight
 from app.viewport.picture import as_image, rendered
+from app.viewport.recall import eye_from
 from app.viewport.scene import Scene
 from app.viewport.shading import Display
 from engine.arrays import F64, I64
@@ -479,6 +480,10 @@ class Viewport(QtInteractor):
         """Where one looks from, in scene coordinates; frozen, to keep and to give back."""
         return self.navigation.eye
 
+    def recall(self, view: View, animate: bool = True) -> None:
+        """Look from where `view` was taken."""
+        self.look(eye_from(view, self.scene.placement, self.eye.up), animate)
+
     def look(self, eye: Eye, animate: bool = True) -> None:
         """Look from `eye`, flying there; any movement of the hand ends the flight."""
         self.navigation.look(eye, animate)
@@ -577,6 +582,12 @@ class Viewport(QtInteractor):
     def alt_scroll(self, notches: float) -> None:
         """Say that the wheel was turned with Alt held."""
         self.alt_scrolled.emit(notches)
+
+    def set_tool_navigates(self, navigates: bool) -> None:
+        """Let strokes of the main button and the pen's tip move the camera, or draw again."""
+        if navigates != self.hands.navigates:
+            self.hands.navigates = navigates
+            self.set_navigating(navigates)
 
     def set_navigating(self, navigating: bool) -> None:
         """Show by the cursor that the hand moves the camera, not the tool."""

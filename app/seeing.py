@@ -1,0 +1,236 @@
+"""Kept views, pictures, the picture to trace, ambient occlusion, and a flip between two steps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QImage
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QFormLayout,
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QSlider,
+    QSpinBox,
+    QWidget,
+)
+
+from app.actions import Action, with_document
+from engine import Document
+
+if TYPE_CHECKING:
+    from app.viewport import Viewport
+    from app.window import Window
+
+LARGEST_PICTURE = 8192
+MARGIN = 12
+
+
+def seeing(window: Window) -> list[Action]:
+    """Return the actions of this file, for the menu View."""
+    menu, viewport = "View", window.viewport
+    flip = Flip(window)
+
+    def occlusion() -> None:
+        wanted = not viewport.renderer.GetUseSSAO()
+        if viewport.set_occlusion(wanted) != wanted:
+            window.hint.set_notice("Ambient occlusion needs a graphics card")
+        window.refresh()
+
+    def keep() -> None:
+        document = window.session.document
+        if document is not None:
+            suggestion = f"View {len(document.views) + 1}"
+            window.ask.ask(
+                "Keep this view as",
+                suggestion,
+                lambda name: window.session.keep_view(name, viewport.view()),
+            )
+
+    return [
+        Action("view.flip", "Flip to the step looked at before", flip.turn, ("V",),
+               "mdi6.flip-horizontal", lambda _document: flip.possible, menu),
+        Action("view.occlusion", "Ambient occlusion", occlusion, ("A",), "", with_document, menu,
+               checked=lambda: bool(viewport.renderer.GetUseSSAO())),
+        Action("view.keep", "Keep this view…", keep, (), "mdi6.camera-marker-outline",
+               with_document, menu),
+    ]  # fmt: skip
+
+
+class Flip:
+    """Remembers the step looked at before, and goes back and forth between it and this one."""
+
+    def __init__(self, window: Window) -> None:
+        self._session = window.session
+        self._now: int | None = None
+        self._before: int | None = None
+        self._session.opened.connect(self._forget)
+        self._session.document_changed.connect(self._follow)
+
+    @property
+    def possible(self) -> bool:
+        """Whether there is a step to flip to."""
+        history = self._session.history
+        return history is not None and self._before in history.moments
+
+    def turn(self) -> None:
+        """Go to the step looked at before; again comes back."""
+        if self._before is not None and self.possible:
+            self._session.go(self._before)
+
+    def _forget(self) -> None:
+        self._now = self._before = None
+        self._follow()
+
+    def _follow(self) -> None:
+        history = self._session.history
+        current = None if history is None else history.current_id
+        if current != self._now:
+            self._now, self._before = current, self._now
+
+
+class PictureDialog(QDialog):
+    """Asks how large a picture shall be and what is behind the form."""
+
+    def __init__(self, viewport: Viewport, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Save a picture")
+        self._ratio = viewport.height() / max(viewport.width(), 1)
+        self.width_box = QSpinBox(self)
+        self.width_box.setRange(64, LARGEST_PICTURE)
+        self.width_box.setSuffix(" px")
+        self.height_label = QLabel(self)
+        self.transparent = QCheckBox("Transparent background", self)
+        self.transparent.setChecked(True)
+        form = QFormLayout(self)
+        form.addRow("Width", self.width_box)
+        form.addRow("Height", self.height_label)
+        form.addRow(self.transparent)
+        kinds = QDialogButtonBox.StandardButton
+        buttons = QDialogButtonBox(kinds.Save | kinds.Cancel, self)
+        buttons.accepted.connect(self.accept)
+        buttons.rejected.connect(self.reject)
+        form.addRow(buttons)
+        self.width_box.valueChanged.connect(self._show_height)
+        self.width_box.setValue(min(LARGEST_PICTURE, 2 * viewport.width()))
+        self._show_height()
+
+    @property
+    def size_in_pixels(self) -> tuple[int, int]:
+        """Width and height of the picture; the frame is that of the viewport."""
+        width = self.width_box.value()
+        return width, max(1, round(width * self._ratio))
+
+    def _show_height(self) -> None:
+        self.height_label.setText(f"{self.size_in_pixels[1]} px")
+
+
+class TraceBar(QFrame):
+    """Fades, sizes, moves and takes away the picture to trace."""
+
+    def __init__(self, viewport: Viewport) -> None:
+        super().__init__(viewport)
+        self._viewport = viewport
+        self._image = QImage()
+        self.setObjectName("trace")
+        self.setCursor(Qt.CursorShape.ArrowCursor)
+        self.setStyleSheet(
+            "#trace { background: palette(window); border: 1px solid palette(mid);"
+            " border-radius: 8px; }"
+        )
+        row = QHBoxLayout(self)
+        row.setContentsMargins(12, 4, 8, 4)
+        row.addWidget(QLabel("Picture to trace", self))
+        self.fade = self._slider(row, "Shows", 0, 100, 50)
+        self.size_slider = self._slider(row, "Size", 10, 300, 100)
+        self.across = self._slider(row, "Across", -100, 100, 0)
+        self.down = self._slider(row, "Down", -100, 100, 0)
+        gone = QPushButton("Remove", self)
+        gone.clicked.connect(self.remove)
+        row.addWidget(gone)
+        self.hide()
+
+    def _slider(self, row: QHBoxLayout, words: str, low: int, high: int, start: int) -> QSlider:
+        row.addWidget(QLabel(words, self))
+        slider = QSlider(Qt.Orientation.Horizontal, self)
+        slider.setRange(low, high)
+        slider.setValue(start)
+        slider.setFixedWidth(84)
+        slider.setAccessibleName(words)
+        slider.valueChanged.connect(self._lay)
+        row.addWidget(slider)
+        return slider
+
+    def trace(self, image: QImage) -> None:
+        """Lay a picture over the form, in the middle and half shown."""
+        self._image = image
+        for slider, start in (
+            (self.fade, 50),
+            (self.size_slider, 100),
+            (self.across, 0),
+            (self.down, 0),
+        ):
+            slider.blockSignals(True)
+            slider.setValue(start)
+            slider.blockSignals(False)
+        self._lay()
+        self.adjustSize()
+        self.move(MARGIN, self._viewport.height() - self.height() - 72)
+        self.show()
+        self.raise_()
+
+    def remove(self) -> None:
+        """Take the picture away."""
+        self._viewport.set_backdrop(None)
+        self.hide()
+
+    def _lay(self) -> None:
+        view, image = self._viewport, self._image
+        fit = min(view.width() / max(image.width(), 1), view.height() / max(image.height(), 1))
+        scale = fit * self.size_slider.value() / 100
+        width, height = image.width() * scale, image.height() * scale
+        left = (view.width() - width) / 2 + self.across.value() / 100 * view.width() / 2
+        top = (view.height() - height) / 2 + self.down.value() / 100 * view.height() / 2
+        place = QRectF(left, top, width, height)
+        view.set_backdrop(image, self.fade.value() / 100, place)
+
+
+UNIT_WORDS = {"mm": "millimetre", "cm": "centimetre", "m": "metre", "in": "inch"}
+USUAL_MM = (8.0, 4000.0)
+IN_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
+
+
+def likely_unit(document: Document) -> str | None:
+    """Return the unit that gives the model a usual size, or None when millimetres do.
+
+    A product is between 8 mm and 4 m across; of the units that make it so, the smallest is
+    the likeliest.
+    """
+    size = document.mesh.diagonal
+    low, high = USUAL_MM
+    if low <= size * IN_MM[document.unit] <= high:
+        return None
+    for unit in ("mm", "cm", "in", "m"):
+        if low <= size * IN_MM[unit] <= high:
+            return unit
+    return None
+
+
+def unit_question(document: Document) -> str:
+    """Return the sentence that shows a model's size in the present and the likely unit."""
+    low, high = document.mesh.bounds
+    sides = " × ".join(f"{side:.3g}" for side in high - low)
+    return f"The model measures {sides}. Is one unit of the file a {UNIT_WORDS[document.unit]}?"
+
+
+def picture_file(parent: QWidget, folder: str) -> Path | None:
+    """Ask where a picture shall be saved."""
+    name, _ = QFileDialog.getSaveFileName(parent, "Save a picture", folder, "PNG (*.png)")
+    return Path(name) if name else None
