@@ -38,13 +38,14 @@ from engine.io import (
     sweep_strays,
 )
 from engine.mesh import Mesh, Topology
-from engine.mirror import mirrored_region, reflected, symmetry_plane
+from engine.mirror import middle_plane, mirrored_region, reflected, symmetry_plane
 from engine.operators import cotangent_stiffness, mean_curvature, vertex_areas
 from engine.patch_drag import drag_patch
-from engine.prepared import EditResult, PreparedEdit
+from engine.prepared import PreparedEdit
 from engine.recipe import Kinds, Recipe, Step, UnknownStep, replay
 from engine.region import Region
 from engine.remesh import remesh
+from engine.result import EditResult
 from engine.run import Memo, Run
 from engine.selection import connected_to, grown, inverted, shrunk, smoothed_border
 from engine.sketch import pressure_weights, resample_target, source_curve, tidy_stroke

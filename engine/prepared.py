@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,60 +13,20 @@ from engine.decomposition import decompose_stream
 from engine.detail import Decomposition
 from engine.errors import SketchError, SolveError
 from engine.handles import Handles, Rows
-from engine.intersections import self_intersections
 from engine.lse import Lse
-from engine.measure import Stretch, edge_stretch
 from engine.mesh import Mesh
 from engine.mirror import Twins, mirrored_region
 from engine.rectify import ring_products, ring_rotations, turned
+from engine.result import EditResult
 from engine.run import Memo, Run
+from engine.sight import depth_rows, seen, sight_rows
 from engine.threads import while_polling
-from engine.view import View
 
 if TYPE_CHECKING:
     from engine.edit import EditOptions, Stroke
 
-# Targets closer to their anchors than this many pixels ask for nothing.
-_STILL_PX = 1e-7
 # How far a vertex may go beyond what was drawn, in diagonals of the region.
 _FARTHEST = 1.0
-
-
-@dataclass(frozen=True, eq=False)
-class EditResult:
-    """What an edit gives.
-
-    Parameters
-    ----------
-    level_vertices : (n, 3) the surface at the level, deformed, without the finer details.
-    vertices : (n, 3) with the details put back.
-    target_error_px : largest distance of a reprojected anchor from its target, px; with `amount`,
-        from its share of the way there.
-    mesh : the mesh before.
-    roi : (m,) the vertices that could move.
-    """
-
-    level_vertices: F64
-    vertices: F64
-    target_error_px: float
-    mesh: Mesh
-    roi: I64
-
-    @cached_property
-    def stretch(self) -> Stretch:
-        """How much the edges changed length."""
-        return edge_stretch(self.mesh, self.mesh.with_vertices(self.vertices), self.roi)
-
-    @cached_property
-    def self_intersections(self) -> I64:
-        """Pairs of faces that run through each other now and did not before, (p, 2)."""
-        after = self_intersections(self.mesh.with_vertices(self.vertices), self.roi)
-        if len(after) == 0:
-            return after
-        before = self_intersections(self.mesh, self.roi)
-        f = len(self.mesh.faces)
-        new = ~np.isin(after[:, 0] * f + after[:, 1], before[:, 0] * f + before[:, 1])
-        return np.asarray(after[new])
 
 
 def prepare_edit(
@@ -307,47 +265,16 @@ class PreparedEdit:
             )
 
     def _sight_rows(self, stroke: Stroke) -> Rows:
-        """Return the rows of Eq. 17 for one stroke, in the region's frame.
-
-        Two planes contain the line of sight of a target pixel (u, v): (P1 - u P3) x = 0 and
-        (P2 - v P3) x = 0, exact in perspective. Each is divided by the length of its normal, so
-        that it measures a distance.
-        """
+        """Return the rows of Eq. 17 for one stroke, `amount` of the way to its target."""
         inside, which = self._moving(stroke.anchors)
         x = self._surface.rest[np.searchsorted(self.decomposition.roi, stroke.anchors[inside])]
-        if not (stroke.view.depth(x) > 0).all():
-            raise SketchError(
-                "A part of the source curve lies behind the camera. Draw it in front of the camera."
-            )
-        here = stroke.view.project(x)
-        way = self._options.amount * (stroke.target[inside] - here)
-        still = np.linalg.norm(way, axis=1) <= _STILL_PX
-        uv = here + way
-        P = stroke.view.pixel_matrix
-        planes = P[None, :2] - uv[:, :, None] * P[2]
-        size = np.linalg.norm(planes[:, :, :3], axis=2)
-        if not (size > 0).all():
-            raise SketchError("A target lies behind the eye. Draw it in front of the camera.")
-        homogeneous = np.column_stack([x, np.ones(len(x))])
-        away = np.einsum("cra,ca->cr", planes, homogeneous) / size / self._scale
-        away[still] = 0.0
+        way = self._options.amount * (stroke.target[inside] - seen(stroke.view, x))
         weights = np.ones(len(x)) if stroke.weights is None else stroke.weights[inside]
-        return Rows(
-            np.repeat(which, 2),
-            (planes[:, :, :3] / size[:, :, None]).reshape(-1, 3),
-            -away.ravel(),
-            np.repeat(1.0 / weights - 1.0, 2),
-        )
+        return sight_rows(stroke.view, x, way, self._scale, which, weights)
 
     def _depth_rows(self, stroke: Stroke) -> Rows:
         """Return the weak rows that hold the anchors' distance from the eye."""
-        hold = self._options.depth_hold
-        _, which = self._moving(stroke.anchors)
-        if hold <= 0:
-            which = which[:0]
-        c = len(which)
-        direction = np.broadcast_to(sight_direction(stroke.view), (c, 3))
-        return Rows(which, direction, np.zeros(c), np.full(c, 1.0 / max(hold, 1e-300)))
+        return depth_rows(stroke.view, self._moving(stroke.anchors)[1], self._options.depth_hold)
 
     def _moving(self, ids: I64) -> tuple[B1, I64]:
         """Return which vertices can move, and their places in the list of anchors."""
@@ -375,18 +302,3 @@ class PreparedEdit:
             away = np.linalg.norm(seen - wanted, axis=1)
             worst = max(worst, float(away.max(initial=0.0)))
         return worst
-
-
-def sight_direction(view: View) -> F64:
-    """Return the unit direction that the middle of the viewport looks along, (3,).
-
-    It is where the two sight planes of the middle pixel meet, which holds for parallel projections
-    as for perspective ones.
-    """
-    P = view.pixel_matrix
-    u, v = view.size[0] / 2, view.size[1] / 2
-    along = np.cross((P[0] - u * P[2])[:3], (P[1] - v * P[2])[:3])
-    size = float(np.linalg.norm(along))
-    if not size > 0:
-        raise SketchError("The view has no depth. Draw the stroke again in another view.")
-    return np.asarray(along / size)
