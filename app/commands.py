@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from PySide6.QtCore import QSettings
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from app.window import Window
 
 LEVEL_STEP = 0.02
+AXES: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
 UNITS = (("mm", "millimetre"), ("cm", "centimetre"), ("m", "metre"), ("in", "inch"))
 
 
@@ -147,6 +148,12 @@ def _region(window: Window) -> list[Action]:
         document = session.document
         return document is not None and bool(document.draft.options.mirror)
 
+    def mirror(axis: Literal["x", "y", "z"]) -> None:
+        if session.symmetry == axis:
+            session.set_symmetry(False)
+        else:
+            session.mirror_across(axis)
+
     return [
         Action("region.grow", "Grow", change(grown, "Region grown"), ("Ctrl++", "Ctrl+="),
                "mdi6.arrow-expand-all", with_region, menu, repeats=True),
@@ -159,6 +166,12 @@ def _region(window: Window) -> list[Action]:
         Action("region.symmetry", "Edit symmetrically",
                lambda: session.set_symmetry(not mirrored()),
                ("Y",), "mdi6.reflect-horizontal", with_document, menu, checked=mirrored),
+        *(
+            Action(f"region.mirror.{axis}", f"Mirror across {axis.upper()} through the middle",
+                   lambda axis=axis: mirror(axis), enabled=with_document, menu=menu,
+                   checked=lambda axis=axis: session.symmetry == axis)
+            for axis in AXES
+        ),
         Action("region.keep", "Keep this region…", keep, (), "mdi6.bookmark-outline", with_region,
                menu),
     ]  # fmt: skip

@@ -7,7 +7,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -37,6 +37,7 @@ from plugins.registry import kinds
 log = logging.getLogger(__name__)
 
 Key = tuple[int, int, str, bool]
+Symmetry = Literal["off", "found", "x", "y", "z"]
 
 KEPT_DECOMPOSITIONS = 6
 SYMMETRIC = 0.01  # share of the diagonal
@@ -260,6 +261,28 @@ class Session(QObject):
             self.report,
             priority=1,
         )
+
+    def mirror_across(self, axis: Literal["x", "y", "z"]) -> None:
+        """Mirror the region and what is drawn across an axis, through the model's middle."""
+        document = self.document
+        if document is not None:
+            plane = engine.middle_plane(document.mesh, axis)
+            options = replace(document.draft.options, mirror=plane)
+            draft = replace(document.draft, options=options)
+            self.change(document.with_draft(draft), f"Symmetry across {axis.upper()}")
+
+    @property
+    def symmetry(self) -> Symmetry:
+        """Which plane edits are mirrored across."""
+        document = self.document
+        plane = () if document is None else document.draft.options.mirror
+        if document is None or not plane:
+            return "off"
+        middle: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
+        for axis in middle:
+            if plane == engine.middle_plane(document.mesh, axis):
+                return axis
+        return "found"
 
     def slide_level(self, level: float) -> None:
         """Show the region at another level of detail, 0 (base) to 1 (everything)."""

@@ -6,7 +6,7 @@ different details, and keep them.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -119,6 +119,13 @@ class Twins:
     def with_twins(self, strokes: Sequence[Stroke], rest: F64) -> list[Stroke]:
         """Return the strokes and their twins."""
         return [*strokes, *(self.stroke(stroke, rest) for stroke in strokes)]
+
+
+def middle_plane(mesh: Mesh, axis: Literal["x", "y", "z"]) -> Plane:
+    """Return the plane across a coordinate axis, through the middle of the mesh: a, b, c, d."""
+    which = "xyz".index(axis)
+    normal = np.eye(3)[which]
+    return (*normal.tolist(), float(mesh.bounds.mean(axis=0)[which]))
 
 
 def symmetry_plane(mesh: Mesh) -> tuple[Plane, float]:

@@ -26,6 +26,14 @@ from app.panels.panel import GRID, PLAIN_CHOICE, Panel, plain_number
 from app.session import Session
 from engine import EditOptions
 
+SYMMETRIES = (
+    ("Off", "off"),
+    ("Found on the model", "found"),
+    ("X, through the middle", "x"),
+    ("Y, through the middle", "y"),
+    ("Z, through the middle", "z"),
+)
+
 
 class EditPanel(Panel):
     """Strokes with a bin each, the amount, how depth and rim are treated, and Apply.
@@ -63,6 +71,10 @@ class EditPanel(Panel):
         self.rim.addItem("Smooth", "smooth")
         self.rim.addItem("As in the paper", "paper")
         self.rim.setToolTip("How the base shape meets the part that stays")
+        self.symmetry = QComboBox(self)
+        for words, which in SYMMETRIES:
+            self.symmetry.addItem(words, which)
+        self.symmetry.setToolTip("Region and curves get a twin on the other side of this plane")
         self.rectify = QCheckBox("Details turn with the form", self)
         self.rectify.setToolTip("Off: details keep their direction in space (Fig. 11)")
         self.apply = QPushButton("Apply", self)
@@ -80,7 +92,12 @@ class EditPanel(Panel):
         simple.addWidget(QLabel("Amount", self))
         simple.addLayout(amount, 1)
         for row, (label, widget) in enumerate(
-            (("Depth hold", self.depth), ("Polish", self.polish), ("Rim", self.rim))
+            (
+                ("Symmetry", self.symmetry),
+                ("Depth hold", self.depth),
+                ("Polish", self.polish),
+                ("Rim", self.rim),
+            )
         ):
             widget.setMinimumHeight(32)
             widget.setAccessibleName(label)
@@ -92,7 +109,7 @@ class EditPanel(Panel):
             grid.addWidget(widget, row, 1)
         grid.setColumnStretch(1, 1)
         self.body.addLayout(self._strokes)
-        grid.addWidget(self.rectify, 3, 0, 1, 2)
+        grid.addWidget(self.rectify, 4, 0, 1, 2)
         self._more = Panel("More options", self, opened=False)
         self._more.body.setContentsMargins(0, 0, 0, 0)
         self._more.body.addLayout(grid)
@@ -103,6 +120,7 @@ class EditPanel(Panel):
         self.depth.valueChanged.connect(lambda v: self._set(depth_hold=v))
         self.polish.valueChanged.connect(lambda v: self._set(polish=v))
         self.rim.activated.connect(lambda _i: self._set(rim=self.rim.currentData()))
+        self.symmetry.activated.connect(self._symmetry_chosen)
         self.rectify.toggled.connect(lambda on: self._set(rectify=on))
         session.document_changed.connect(self.refresh)
         session.busy_changed.connect(self.refresh)
@@ -113,6 +131,13 @@ class EditPanel(Panel):
         super().dress(theme)
         self._more.dress(theme)
         self.refresh()
+
+    def _symmetry_chosen(self) -> None:
+        wanted = self.symmetry.currentData()
+        if wanted in ("off", "found"):
+            self._session.set_symmetry(wanted == "found")
+        else:
+            self._session.mirror_across(wanted)
 
     def _set(self, **changes: object) -> None:
         document = self._session.document
@@ -126,6 +151,8 @@ class EditPanel(Panel):
         widgets = (self.amount, self.depth, self.polish, self.rim, self.rectify)
         for widget in widgets:
             widget.setEnabled(document is not None and document.draft.roi is not None)
+        self.symmetry.setEnabled(document is not None)
+        self.symmetry.setCurrentIndex(self.symmetry.findData(self._session.symmetry))
         blockers = [QSignalBlocker(widget) for widget in widgets]
         self.amount.setValue(round(options.amount * 100))
         self._amount_words.setText(f"{options.amount:.0%}".replace("%", " %"))
