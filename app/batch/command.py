@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -64,7 +63,7 @@ def run_sweep(given: argparse.Namespace) -> int:
     recipe = with_steps(read_recipe(given.recipe))
     values = list(combinations([Variation.parse(text) for text in given.vary]))
     mesh = open_for(recipe, given.mesh, given.force)
-    return _finish(variant_items(json.loads(recipe.to_json()), mesh, values, given.force), given)
+    return _finish(variant_items(recipe, mesh, values, given.force), given)
 
 
 def run_batch(given: argparse.Namespace) -> int:

@@ -6,7 +6,6 @@ import hashlib
 import json
 import time
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -98,13 +97,13 @@ def _blended(mesh: Mesh, result: Mesh, blend: float) -> Mesh:
 
 
 def variant_items(
-    recipe: dict[str, Any], mesh: Mesh, values: list[dict[str, float]], force: bool
+    recipe: Recipe, mesh: Mesh, values: list[dict[str, float]], force: bool
 ) -> list[Item]:
     """Return one item for each set of values of a sweep."""
     return [
         Item(
             name=file_stem(v),
-            recipe=json.dumps(varied(recipe, v)),
+            recipe=varied(recipe, v).to_json(),
             vertices=mesh.vertices,
             faces=mesh.faces,
             blend=v.get(BLEND, 1.0),

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import copy
 import itertools
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from engine import EngineError
+from engine import EngineError, Recipe, RecipeError
 
 BLEND = "blend"
 """The one name that is not in the recipe: 0 is the mesh as it was, 1 the recipe's result."""
@@ -84,65 +82,50 @@ def combinations(variations: Sequence[Variation]) -> Iterator[dict[str, float]]:
         yield dict(zip(names, values, strict=True))
 
 
-def varied(recipe: dict[str, Any], values: dict[str, float]) -> dict[str, Any]:
-    """Return a copy of a recipe's JSON data with the named numbers replaced.
+def varied(recipe: Recipe, values: dict[str, float]) -> Recipe:
+    """Return a recipe with the named numbers replaced.
 
-    A name without a step's number changes every step that has such a number. `blend` is not in the
-    recipe and is passed over.
+    A name without a step's number changes every step that has such a number, as a field or among
+    its options. `blend` is not in the recipe and is passed over.
 
     Raises
     ------
     EngineError
-        No step has a number of that name.
+        No step has a number of that name, or takes that value.
     """
-    changed = copy.deepcopy(recipe)
     for name, value in values.items():
         if name == BLEND:
             continue
-        numbered = re.match(r"(\d+)\.(.+)", name)
-        steps = changed["steps"]
-        field = name
-        if numbered:
-            field = numbered.group(2)
-            position = int(numbered.group(1)) - 1
-            steps = steps[position : position + 1] if position >= 0 else []
-        hits = sum(_set(step, field.split("."), value) for step in steps)
-        if hits == 0:
+        numbered = re.fullmatch(r"(\d+)\.(.+)", name)
+        field = numbered.group(2) if numbered else name
+        places = [int(numbered.group(1)) - 1] if numbered else list(range(len(recipe.steps)))
+        refusals: list[str] = []
+        changed = False
+        for place in places:
+            if not 0 <= place < len(recipe.steps):
+                continue
+            made = _changed(recipe, place, field, value, refusals)
+            changed = changed or made is not recipe
+            recipe = made
+        if not changed:
+            reasons = dict.fromkeys(refusals) or [f"The recipe has {len(recipe.steps)} steps."]
             raise EngineError(
-                f"No step of the recipe has a number called “{name}”. It has: "
-                + ", ".join(sorted(number_names(recipe)))
-                + "."
+                f"No step of the recipe takes a number called “{name}” of {value:g}. "
+                + " ".join(reasons)
             )
-    return changed
+    return recipe
 
 
-def _set(data: Any, path: list[str], value: float) -> int:
-    """Set the number at `path`, or at `options.path`; return how many were set."""
-    for prefix in ([], ["options"]):
-        place = data
-        *heads, last = [*prefix, *path]
-        try:
-            for key in heads:
-                place = place[int(key)] if isinstance(place, list) else place[key]
-            key = int(last) if isinstance(place, list) else last
-            old = place[key]
-        except (KeyError, IndexError, TypeError, ValueError):
-            continue
-        if isinstance(old, bool) or not isinstance(old, int | float):
-            continue
-        place[key] = round(value) if isinstance(old, int) and value == round(value) else value
-        return 1
-    return 0
-
-
-def number_names(recipe: dict[str, Any]) -> set[str]:
-    """Return the names of all single numbers in the steps of a recipe, and `blend`."""
-    names = {BLEND}
-    for step in recipe["steps"]:
-        for key, value in {**step, **step.get("options", {})}.items():
-            if isinstance(value, int | float) and not isinstance(value, bool):
-                names.add(key)
-    return names
+def _changed(recipe: Recipe, place: int, field: str, value: float, refusals: list[str]) -> Recipe:
+    """Return the recipe with one number of one step changed, or itself with the refusal noted."""
+    whole = [int(value)] if value == int(value) else []
+    for name in (field, f"options.{field}"):
+        for number in (value, *whole):
+            try:
+                return recipe.with_value(place, name, number)
+            except RecipeError as error:
+                refusals.append(str(error))
+    return recipe
 
 
 def file_stem(values: dict[str, float]) -> str:

@@ -52,14 +52,22 @@ def test_what_cannot_be_varied_is_refused(text: str) -> None:
 
 
 def test_numbers_are_found_by_name_and_by_step() -> None:
-    data = json.loads(example(plate()).to_json())
-    assert varied(data, {"amount": 0.25})["steps"][0]["amount"] == 0.25
-    assert varied(data, {"2.distance": -3.0})["steps"][1]["distance"] == -3.0
-    assert data["steps"][1]["distance"] == 2.0
-    with pytest.raises(EngineError, match=r"called “size”.*distance"):
-        varied(data, {"size": 1.0})
-    with pytest.raises(EngineError, match=r"called “3\.amount”"):
-        varied(data, {"3.amount": 1.0})
+    recipe = example(plate())
+    assert varied(recipe, {"amount": 0.25}).steps[0].amount == 0.25
+    assert varied(recipe, {"2.distance": -3.0}).steps[1].distance == -3.0
+    assert recipe.steps[1].distance == 2.0
+    for name in ("size", "3.amount", "0.amount"):
+        with pytest.raises(EngineError, match=f"called “{name}”"):
+            varied(recipe, {name: 1.0})
+    with pytest.raises(EngineError, match="between 0 and 1"):
+        varied(recipe, {"amount": 3.0})
+
+
+def test_options_that_a_recipe_leaves_at_their_defaults_can_be_varied() -> None:
+    text = (Path(__file__).parents[2] / "resources" / "recipes" / "vase.json").read_text("utf-8")
+    recipe = Recipe.from_json(text, kinds())
+    assert varied(recipe, {"amount": 0.5}).steps[0].options.amount == 0.5
+    assert varied(recipe, {"polish": 2.0}).steps[0].options.polish == 2
 
 
 def test_all_combinations_and_not_too_many() -> None:
@@ -130,10 +138,10 @@ def test_a_sweep_survives_a_killed_worker_and_resumes(
     assert len(rows) == 12
     assert all(row["ok"] == "True" for row in rows)
     mesh = load(mesh_file)
-    data = json.loads(recipe.read_text(encoding="utf-8"))
+    made = Recipe.from_json(recipe.read_text(encoding="utf-8"), kinds())
     for row in rows:
         values = {"2.distance": float(row["2.distance"]), "amount": float(row["amount"])}
-        (item,) = variant_items(data, mesh, [values], force=False)
+        (item,) = variant_items(made, mesh, [values], force=False)
         wanted = replay(Recipe.from_json(item.recipe, kinds()), mesh)
         assert (load(out / row["file"]).vertices == wanted.vertices).all()
     assert (out / "contact-sheet.png").stat().st_size > 10_000
