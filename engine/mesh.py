@@ -157,7 +157,7 @@ class Mesh:
     @cached_property
     def vertex_normals(self) -> F64:
         """Area-weighted unit normals, (n, 3); zero where no face has an area."""
-        summed = self.topology.incidence @ self.face_normals
+        summed: F64 = np.asarray(self.topology.incidence @ self.face_normals)
         length = np.linalg.norm(summed, axis=1, keepdims=True)
         return np.divide(summed, length, out=np.zeros_like(summed), where=length > 0)
 
