@@ -44,6 +44,7 @@ class PluginList(QDialog):
         self._area = QScrollArea(self)
         self._area.setWidgetResizable(True)
         self._area.setFrameShape(QFrame.Shape.NoFrame)
+        self._area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         folder = QPushButton("Open the plugin folder", self)
         folder.setAutoDefault(False)
         folder.clicked.connect(self._open_folder)
@@ -83,7 +84,7 @@ class PluginList(QDialog):
 
     def _add_files(self, column: QVBoxLayout) -> None:
         column.addWidget(_head("Your own files"))
-        column.addWidget(_line(TRUST, faint=True))
+        column.addWidget(_line(TRUST))
         files = dropins()
         if not files:
             column.addWidget(_line(f"There is no .py file in {dropin_folder()}", faint=True))
@@ -153,7 +154,7 @@ def all_failures() -> tuple[Failure, ...]:
 
 def _head(text: str) -> QLabel:
     label = QLabel(text)
-    label.setStyleSheet(f"font-weight: 600; padding-top: {GRID}px;")
+    label.setStyleSheet(f"font-weight: 600; padding: {GRID}px 0px 0px 0px;")
     return label
 
 
