@@ -13,6 +13,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 from tests.pictures.scenes import SCENES
@@ -73,15 +74,19 @@ def take(scene: str, theme: str, folder: Path) -> int:
         window = Window(Appearance(app, theme))
         window.resize(*SIZE)
         window.show()
-        stage = Stage(window, folder)
+        window.move(0, 0)
+        window.activateWindow()
+        stage = Stage(window, folder, shrink if folder == SHOWN else None)
         stage.wait(0.5)
-        SCENES[scene](stage)
+        started = time.monotonic()
+        SCENES[scene].take(stage)
+        missing = set(SCENES[scene].pictures) ^ set(stage.kept)
         window.close()
         stage.wait(0.3)
-        if folder == SHOWN:
-            for path in stage.kept:
-                shrink(path)
-    return 0
+        print(f"{scene}: {len(stage.kept)} pictures in {time.monotonic() - started:.0f} s")
+    if missing:
+        print(f"{scene} says otherwise about {', '.join(sorted(missing))}", file=sys.stderr)
+    return 1 if missing else 0
 
 
 def figures() -> None:
