@@ -498,6 +498,10 @@ class ToolHost(QObject):
             self._makers[type(change)] = tool
         self._session.preview(change)
 
+    def notice(self, text: str) -> None:
+        """Put a sentence where the hint is for some seconds."""
+        self._session.noticed.emit(text)
+
     def span(self, first: F64, last: F64, text: str) -> None:
         """Show a line between two points with words until the tool is put away."""
         self._canvas.show_curve(SPAN, np.array([first, last]), "guide", label=text)

@@ -18,6 +18,7 @@ from engine import (
     Draft,
     EngineError,
     Mesh,
+    Morph,
     Region,
     Run,
     Source,
@@ -39,6 +40,7 @@ from engine import (
     shrunk,
     symmetry_plane,
     tidy_stroke,
+    trace_anchors,
     vertex_areas,
 )
 from engine.arrays import F64, I64
@@ -128,6 +130,10 @@ class Context(Protocol):
 
     def mark(self, ids: I64 | None) -> None:
         """Show `ids` as the region until the gesture ends; nothing is computed for it."""
+        ...
+
+    def notice(self, text: str) -> None:
+        """Tell the person something that stays for some seconds, also after the gesture."""
         ...
 
     def span(self, first: F64, last: F64, text: str) -> None:
@@ -267,6 +273,7 @@ __all__ = [
     "Hit",
     "I64",
     "Mesh",
+    "Morph",
     "NoOptions",
     "Pointer",
     "Region",
@@ -294,5 +301,6 @@ __all__ = [
     "shrunk",
     "symmetry_plane",
     "tidy_stroke",
+    "trace_anchors",
     "vertex_areas",
 ]

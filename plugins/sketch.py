@@ -19,13 +19,14 @@ from plugins.api import (
     Stroke,
     Tool,
     View,
-    anchor_path,
     resample_target,
     tidy_stroke,
+    trace_anchors,
 )
 
 SHORTEST = 12.0  # px: a shorter path is a slip of the hand, not a curve
 CLOSES = 16.0  # px: a curve whose ends come this near, after a long way, is a closed one
+COVERED = 0.95  # of the triangles under a source: below it the person is told
 GRAB = 14.0  # px: a press this near to the target takes hold of it
 
 
@@ -100,7 +101,13 @@ class SourceTool(Tool):
         faces = context.faces_under(path)
         if len(_inside(faces, context.shown.faces, draft.roi)) == 0:
             raise EngineError("The curve is not on the region. Draw it on the coloured part.")
-        anchors = anchor_path(context.shown, faces, path, context.view, draft.roi, closed)
+        found = trace_anchors(context.shown, faces, path, context.view, draft.roi, closed)
+        if found.coverage < COVERED:
+            context.notice(
+                f"The curve could follow {found.coverage:.0%} of what you drew: "
+                "the rest lay behind the form or across a gap"
+            )
+        anchors = found.anchors
         weights = None
         if context.options.weights and pointer.pen:
             seen = context.view.project(context.shown.vertices[anchors])

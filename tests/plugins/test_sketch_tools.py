@@ -52,6 +52,7 @@ class FlatContext:
     marked: list[np.ndarray] = field(default_factory=list)
     previews: list[Document] = field(default_factory=list)
     sayings: list[str] = field(default_factory=list)
+    notices: list[str] = field(default_factory=list)
 
     @property
     def shown(self) -> Mesh:
@@ -99,6 +100,9 @@ class FlatContext:
 
     def say(self, text: str) -> None:
         self.sayings.append(text)
+
+    def notice(self, text: str) -> None:
+        self.notices.append(text)
 
 
 def do(tool: Tool, context: FlatContext, path: Iterable[tuple[float, float]], **keys: Any) -> Any:
@@ -184,6 +188,8 @@ def test_a_source_is_a_chain_of_anchors_in_the_region(context: FlatContext) -> N
     assert np.isin(source.anchors, context.document.draft.roi).all()
     assert (np.linalg.norm(np.diff(x, axis=0), axis=1) < 7.2).all(), "neighbours share an edge"
     assert source.view == context.view
+    assert not context.notices
+    do(SourceTool(), context, line((-15, 2), (49, 2)))
     with pytest.raises(EngineError, match="not on the region"):
         do(SourceTool(), context, line((-48, 45), (-40, 48)))
     assert do(SourceTool(), context, [px(0, 0), px(1, 0)]) is None
