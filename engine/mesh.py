@@ -159,7 +159,8 @@ class Mesh:
         """Area-weighted unit normals, (n, 3); zero where no face has an area."""
         summed: F64 = np.asarray(self.topology.incidence @ self.face_normals)
         length = np.linalg.norm(summed, axis=1, keepdims=True)
-        return np.divide(summed, length, out=np.zeros_like(summed), where=length > 0)
+        normals: F64 = np.divide(summed, length, out=np.zeros_like(summed), where=length > 0)
+        return normals
 
     @cached_property
     def digest(self) -> str:
