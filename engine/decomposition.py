@@ -158,7 +158,8 @@ def with_modes(parts: Decomposition, wanted: int, run: Run) -> Iterator[Decompos
         parts.region.stiffness_roi, parts.region.areas_roi, wanted, run
     ):
         # Lengths in the region's frame are s times shorter; lambda ~ 1/length^2, phi ~ 1/length.
-        whole_band = local_modes / s
+        whole_band = local_modes
+        whole_band /= s
         # From the whole band, even if only a part is wanted: so the bits do not depend on `wanted`.
         whole_eta = whole_band.T @ load
         b = min(len(local_values), wanted - done)

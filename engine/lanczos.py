@@ -39,6 +39,19 @@ class Shift:
     count: int
     factor: Factor
 
+    @property
+    def mark(self) -> Mark:
+        """The place alone, without the factor."""
+        return Mark(self.value, self.count)
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A place in the spectrum and the number of eigenvalues below it."""
+
+    value: float
+    count: int
+
 
 def shift_at(s: sp.csr_array, value: float) -> Shift:
     """Return the shift at `value`, moved by a hair where the factor there is not accurate."""

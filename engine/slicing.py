@@ -17,7 +17,7 @@ import scipy.sparse as sp
 
 from engine.arrays import F64
 from engine.errors import SolveError
-from engine.lanczos import Pairs, Shift, pairs_near, shift_at
+from engine.lanczos import Mark, Pairs, Shift, pairs_near, shift_at
 from engine.run import Run
 from engine.threads import results
 
@@ -98,9 +98,12 @@ class _Slicer:
         zero, near = results(self.run, [zero_job, near_job])
         half = (near.count + 1) // 2 + OVERLAP
         at_zero, at_near = self._search([zero, near], [(0, half), (half, STEPS[0] // 2 + OVERLAP)])
-        start = Edge(0.0, 0, at_zero.above, at_zero.vectors_above)
-        yield self._between(start, near, at_near)
-        self._move_to(near, at_near)
+        mark = near.mark
+        # Factors and basis vectors are large: none is kept while the modes are handed over.
+        del zero, near, zero_job, near_job
+        self.edge = Edge(0.0, 0, at_zero.above, at_zero.vectors_above)
+        yield self._between(self.edge, mark, at_near)
+        self._move_to(mark, at_near)
 
     def rest(self) -> Iterator[tuple[F64, F64]]:
         """Yield the modes above, two shifts at a time, until there are no more."""
@@ -110,9 +113,12 @@ class _Slicer:
             half = int(gaps[1] + 1) // 2 + OVERLAP
             down = max(int(gaps[0]) - len(self.edge.values), 0) + OVERLAP
             at_low, at_high = self._search([low, high], [(down, half), (half, step // 2 + OVERLAP)])
-            for shift, found in ((low, at_low), (high, at_high)):
-                yield self._between(self.edge, shift, found)
-                self._move_to(shift, found)
+            marks = low.mark, high.mark
+            del low, high
+            for mark, found in zip(marks, (at_low, at_high), strict=True):
+                yield self._between(self.edge, mark, found)
+                self._move_to(mark, found)
+            del at_low, at_high, found
             if self.edge.count >= self.m:
                 return
 
@@ -123,9 +129,9 @@ class _Slicer:
         ]
         return results(self.run, jobs)
 
-    def _move_to(self, shift: Shift, found: Pairs) -> None:
-        self.edge = Edge(shift.value, shift.count, found.above, found.vectors_above)
-        self.seen.append((shift.value, shift.count))
+    def _move_to(self, mark: Mark, found: Pairs) -> None:
+        self.edge = Edge(mark.value, mark.count, found.above, found.vectors_above)
+        self.seen.append((mark.value, mark.count))
 
     def _first_shift(self, area: float) -> Shift:
         value = 4 * np.pi * FIRST_COUNT / area
@@ -166,7 +172,7 @@ class _Slicer:
         density = (top_count - old_count) / (top - old)
         return float(max(top + (count - top_count) / density, self.edge.value * 1.0001))
 
-    def _between(self, edge: Edge, shift: Shift, found: Pairs) -> tuple[F64, F64]:
+    def _between(self, edge: Edge, shift: Mark, found: Pairs) -> tuple[F64, F64]:
         """Return the eigenpairs from an edge to a shift, as many as the two counts say."""
         gap = shift.count - edge.count
         up, down = edge.values, found.below
@@ -177,8 +183,9 @@ class _Slicer:
             cut = _widest_gap(up, down, gap)
             below = gap - cut
             values = np.concatenate([up[:cut], down[:below][::-1]])
-            rows = np.concatenate([edge.rows[:cut], found.vectors_below[:below][::-1]])
-            return values, rows
+            low = edge.rows[:cut]
+            high = _orthogonal_to(low, found.vectors_below[:below][::-1])
+            return values, np.concatenate([low, high])
         known = np.concatenate([edge.rows[:inside], found.vectors_below[: len(down)]])
         return complete(self.s, edge, shift, known, self.block, self.run)
 
@@ -202,7 +209,7 @@ def _widest_gap(up: F64, down: F64, gap: int) -> int:
 
 
 def complete(
-    s: sp.csr_array, edge: Edge, shift: Shift, known: F64, block: int, run: Run
+    s: sp.csr_array, edge: Edge, shift: Mark, known: F64, block: int, run: Run
 ) -> tuple[F64, F64]:
     """Return all eigenpairs between an edge and a shift when the quick search left some out.
 

@@ -83,6 +83,12 @@ def test_agrees_with_lapy_on_a_real_mesh(shared_meshes: Path) -> None:
     assert np.abs(values / np.sort(theirs) - 1).max() < 1e-8
 
 
+def test_modes_of_different_bands_are_orthonormal() -> None:
+    mesh = flat(6400)
+    parts = decompose(mesh, interior(mesh), modes=900)
+    assert _gram_error(parts) < 1e-9
+
+
 def test_no_mode_is_missing_in_the_bands() -> None:
     mesh = flat(2025)
     roi = interior(mesh)
