@@ -39,6 +39,7 @@ from engine.io import (
 )
 from engine.mesh import Mesh, Topology
 from engine.mirror import middle_plane, mirrored_region, reflected, symmetry_plane
+from engine.morph import Morph
 from engine.operators import cotangent_stiffness, mean_curvature, vertex_areas
 from engine.patch_drag import drag_patch
 from engine.prepared import PreparedEdit
