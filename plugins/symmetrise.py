@@ -7,6 +7,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.spatial import cKDTree
 
 from plugins.api import (
     F64,
@@ -34,6 +35,11 @@ from plugins.api import (
 # round: without it the vertices before a bump would crowd on its near side.
 TOGETHER = (0.05, 0.03, 0.02, 0.01)
 NO_REGION = np.zeros(0, dtype=np.int64)
+
+# How the plane that fits best is found: points looked at, rounds, and the share that must fit.
+SAMPLES = 4000
+FITS = 12
+TRIMMED = 0.6
 
 Side = Literal["plus_side", "minus_side"]
 
@@ -78,7 +84,7 @@ class SymmetriseStep(DataStep):
         if len(self.plane) not in (0, 4) or (self.plane and not any(self.plane[:3])):
             raise EngineError("A plane is four numbers a, b, c, d with a normal that is not zero.")
         key = ("symmetry plane", mesh.digest)
-        found = np.array(self.plane or run.memo.get(key, lambda: symmetry_plane(mesh)[0]))
+        found = np.array(self.plane or run.memo.get(key, lambda: fitting_plane(mesh)))
         if not self.plane:
             found = found * np.sign(found[np.abs(found[:3]).argmax()])
         unit = found / np.linalg.norm(found[:3])
@@ -89,6 +95,36 @@ def other_side(mesh: Mesh, plane: tuple[float, ...]) -> I64:
     """Return the ids of the vertices on the side that the plane's normal points away from."""
     height = mesh.vertices @ np.array(plane[:3]) - plane[3]
     return np.flatnonzero((height < -1e-9 * mesh.diagonal) & mesh.topology.used_vertices)
+
+
+def fitting_plane(mesh: Mesh) -> tuple[float, ...]:
+    """Return the plane across which most of the mesh is symmetric, a, b, c, d.
+
+    An edit on one side pulls the middle of the whole mesh along; so the plane is fitted again to
+    the share of the mesh that it fits best, by Gauss-Newton steps on the distances
+    r = (x* - q) . n_q from the mirror images x* = x - 2 (n . x - d) n to the tangent planes at
+    their closest vertices q.
+    """
+    ids = np.flatnonzero(mesh.topology.used_vertices)
+    everywhere, normals = mesh.vertices[ids], mesh.vertex_normals[ids]
+    tree, x = cKDTree(everywhere), everywhere[:: max(1, len(ids) // SAMPLES)]
+    plane = np.array(symmetry_plane(mesh)[0])
+    for _ in range(FITS):
+        n, d = plane[:3], plane[3]
+        image = reflected(x, tuple(plane.tolist()))
+        away, nearest = tree.query(image)
+        fits = away <= np.quantile(away, TRIMMED)
+        p, q, facing = x[fits], everywhere[nearest[fits]], normals[nearest[fits]]
+        r = ((image[fits] - q) * facing).sum(axis=1)
+        along = facing @ n
+        height = p @ n - d
+        across = np.linalg.svd(n[None, :])[2][1:]  # two unit vectors in the plane
+        by_turn = -2 * (along[:, None] * (p @ across.T) + height[:, None] * (facing @ across.T))
+        J = np.column_stack([by_turn, 2 * along * mesh.diagonal])
+        change = np.linalg.lstsq(J, -r, rcond=1e-3)[0]
+        normal = n + across.T @ change[:2]
+        plane = np.append(normal, d + change[2] * mesh.diagonal) / np.linalg.norm(normal)
+    return tuple(plane.tolist())
 
 
 def mirror_image(mesh: Mesh, plane: tuple[float, ...], moving: I64, run: Run) -> F64:
@@ -195,6 +231,7 @@ class Symmetrise(Tool):
         if options.across != "found":
             axis = "xyz".index(options.across)
             normal = np.eye(3)[axis]
-            plane = (*normal.tolist(), float(document.mesh.bounds.mean(axis=0)[axis]))
+            # The middle of the model as it was opened: an edit on one side pulls its own along.
+            plane = (*normal.tolist(), float(document.original.bounds.mean(axis=0)[axis]))
         roi = document.draft.roi
         return SymmetriseStep(NO_REGION if roi is None else roi, plane, options.keep, options.fade)
