@@ -3,16 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
-from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QSlider,
+    QVBoxLayout,
+    QWidget,
+)
 
 from app.look import Theme
 from app.session import Session
 from app.viewport import Viewport
-from engine import Moment
+from engine import Document, EngineError, Moment
+from plugins.morph import MorphStep, morph_between
 
 MARGIN = 12
+SLIDES = 100
 
 
 class Header(QFrame):
@@ -49,6 +60,49 @@ class Header(QFrame):
         self.raise_()
 
 
+class MorphBar(Header):
+    """Two sliders below a header: how much of the other form and of its detail is wanted.
+
+    Signals
+    -------
+    moved : a slider was moved.
+    kept : what is shown shall become a step.
+    """
+
+    moved = Signal()
+    kept = Signal()
+
+    def __init__(self, over: QWidget) -> None:
+        super().__init__(over)
+        self.form = self._slider("Form", "How much of this variant's form the current one takes on")
+        self.detail = self._slider("Detail", "How much of this variant's detail it takes on")
+        self.add("Keep", "Make what you see a step", self.kept.emit)
+        self.clear()
+
+    @property
+    def shares(self) -> tuple[float, float]:
+        """Form and detail, 0 to 1."""
+        return self.form.value() / SLIDES, self.detail.value() / SLIDES
+
+    def clear(self) -> None:
+        """Put both sliders at this variant, without a signal."""
+        for slider in (self.form, self.detail):
+            with QSignalBlocker(slider):
+                slider.setValue(0)
+
+    def _slider(self, words: str, tip: str) -> QSlider:
+        self._row.addWidget(QLabel(words, self))
+        slider = QSlider(Qt.Orientation.Horizontal, self)
+        slider.setRange(0, SLIDES)
+        slider.setFixedWidth(72)
+        slider.setMinimumHeight(32)
+        slider.setToolTip(tip)
+        slider.setAccessibleName(words)
+        slider.valueChanged.connect(lambda _value: self.moved.emit())
+        self._row.addWidget(slider)
+        return slider
+
+
 class Compare(QWidget):
     """The second viewport with its own bar; made when it is wanted and closed with it.
 
@@ -70,6 +124,11 @@ class Compare(QWidget):
         self.header.add("Swap", "Go to this step; the current one comes here", self.swap)
         self.header.add("Close", "Close the comparison", self.closed.emit)
         self.main_header = Header(main)
+        self.morph = MorphBar(self.viewport)
+        self.morph.moved.connect(self._preview)
+        self.morph.kept.connect(self._keep)
+        self._step: MorphStep | None = None
+        self._of: Document | None = None
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(self.viewport)
@@ -83,6 +142,7 @@ class Compare(QWidget):
         self.moment = moment
         words = moment.name or moment.label
         self.header.say(words)
+        self._of = None
         self.viewport.set_mesh(moment.document.mesh)
         self.viewport.set_unit(moment.document.unit)
         self.viewport.set_reference(moment.document.original.vertices)
@@ -103,6 +163,7 @@ class Compare(QWidget):
         """Free the second viewport; call it before the widget goes."""
         self._session.document_changed.disconnect(self._follow)
         self._main.camera_changed.disconnect(self._look)
+        self._session.end_preview()
         self.main_header.say("")
         self.main_header.deleteLater()
         self.viewport.close()
@@ -122,3 +183,36 @@ class Compare(QWidget):
     def _follow(self) -> None:
         moment = self._session.moment
         self.main_header.say("" if moment is None else (moment.name or moment.label))
+        self._offer_morph()
+
+    # ---- between the two
+
+    def _offer_morph(self) -> None:
+        """Show the sliders when something lies between the two; they start at the current one."""
+        document = self._session.document
+        if document is None or self.moment is None or document is self._of:
+            return
+        self._of = document
+        try:
+            self._step = morph_between(document.mesh, self.moment.document.mesh)
+        except EngineError:
+            self._step = None
+        self.morph.clear()
+        self.morph.say("Morph" if self._step is not None else "")
+        self.morph.move(MARGIN, self.header.geometry().bottom() + MARGIN // 2)
+
+    def _wanted(self) -> MorphStep | None:
+        form, detail = self.morph.shares
+        return None if self._step is None else replace(self._step, form=form, detail=detail)
+
+    def _preview(self) -> None:
+        wanted = self._wanted()
+        if wanted is None or self.morph.shares == (0.0, 0.0):
+            self._session.end_preview()
+        else:
+            self._session.preview(wanted)
+
+    def _keep(self) -> None:
+        wanted = self._wanted()
+        if wanted is not None and self.morph.shares != (0.0, 0.0):
+            self._session.apply(wanted)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QComboBox
+from PySide6.QtWidgets import QComboBox, QPushButton
 
 from app.window import Window
 from tests.app.driving import Mouse, bow, circle, picture, settled
@@ -70,3 +70,46 @@ def test_the_plane_of_symmetry_is_chosen(
     assert box.currentData() == "z"
     choose(box, "off")
     assert session.document.draft.options.mirror == ()
+
+
+@pytest.mark.parametrize("theme", ["dark", "light"])
+def test_form_and_detail_are_morphed_between_two_variants(
+    make_window, sphere, qtbot, artefacts: Path, theme: str
+) -> None:
+    window = make_window(sphere, theme, size=(1280, 720))
+    session = window.session
+    region(window, qtbot)
+    curve(window, qtbot, sag=-0.4)
+    enter(window, qtbot)
+    edited = session.document
+    window.compare_with(0)
+    compare = window.compare
+    qtbot.waitUntil(compare.isVisible)
+    bar = compare.morph
+    assert bar.isVisible()
+    qtbot.wait(100)
+
+    for _ in range(5):  # page by page, 10 each
+        qtbot.keyClick(bar.form, Qt.Key.Key_PageUp)
+    assert bar.shares == (0.5, 0.0)
+    qtbot.waitUntil(lambda: session.shown.vertices is not edited.mesh.vertices)
+    qtbot.waitUntil(settled(window), timeout=30_000)
+    halfway = session.shown.vertices
+    whole = np.abs(edited.mesh.vertices - sphere.vertices).max()
+    assert 0.3 * whole < np.abs(halfway - sphere.vertices).max() < 0.7 * whole
+    assert session.document is edited, "a preview changes nothing"
+    picture(window, artefacts, f"morph {theme}")
+
+    keep = next(b for b in bar.findChildren(QPushButton) if b.text() == "Keep")
+    qtbot.mouseClick(keep, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: len(session.document.recipe.steps) == 2, timeout=30_000)
+    qtbot.waitUntil(settled(window), timeout=30_000)
+    assert session.document.recipe.steps[-1].title == "Morph"
+    assert (session.document.mesh.vertices == halfway).all()
+    assert bar.shares == (0.0, 0.0)
+
+    qtbot.keyClick(bar.form, Qt.Key.Key_End)
+    qtbot.keyClick(bar.detail, Qt.Key.Key_End)
+    qtbot.waitUntil(lambda: (session.shown.vertices == sphere.vertices).all(), timeout=30_000)
+    window.end_compare()
+    assert (session.shown.vertices == halfway).all(), "closing takes the preview away"
