@@ -2,7 +2,39 @@
 
 A *tool* is what a person holds: it turns pointer events into a new document or a step. A *step* is
 what a recipe holds: resolved data with one `apply(mesh, run)`. An ordinary plugin is one small file
-with one of each, offered through the entry-point groups `eigenform.tools` and `eigenform.steps`.
+with one of each; `resources/examples/plugin_in_20_lines.py` is a whole one.
+
+How it is found
+    An installed distribution offers its tools and steps by entry points, under the tool's `id` and
+    the step's `kind`::
+
+        [project.entry-points."eigenform.tools"]
+        push = "my_plugin:Push"
+
+        [project.entry-points."eigenform.steps"]
+        push = "my_plugin:PushStep"
+
+    Or a single file lies in the plugin folder and the person switches it on (Help, Plugins).
+
+What a tool may do
+    Read the `Context`, preview, and return a `Document` with another draft, a `Step`, or None. Only
+    a step changes the mesh. Positions on the screen are logical pixels from the top left corner,
+    positions in space mesh units. Tell the person what is wrong by raising `EngineError` with the
+    fact and the remedy. Whatever else is raised, nonsense that is returned, and a call that does
+    not come back within ten seconds ends the tool until the next start; the document stays as it
+    was.
+
+What a step must do
+    `apply` is a function of the step's data and the mesh: the same bits whenever it is called. It
+    runs beside the window, so it touches nothing of it; it calls `run.tick(fraction, words)` at
+    least every few seconds, which also lets it be cancelled, and keeps costly things that a
+    moving hand asks for again in `run.memo`. It returns `mesh.with_vertices(...)`; arrays of a
+    mesh are read-only. What gives no tick for a minute is left behind.
+
+Versions
+    `API_VERSION` counts changes that can break a plugin: a name taken away, or another meaning.
+    New names come without a new number. A plugin that must be sure compares it on import and raises
+    ImportError; that reason is then shown in the list of plugins.
 """
 
 from __future__ import annotations
@@ -44,8 +76,10 @@ from engine import (
     vertex_areas,
 )
 from engine.arrays import F64, I64
+from plugins.parts import taken_apart
 
 API_VERSION = 1
+"""Version of this module; see above."""
 
 Role = Literal["region", "rim", "source", "target", "pin", "guide"]
 
@@ -300,6 +334,7 @@ __all__ = [
     "resample_target",
     "shrunk",
     "symmetry_plane",
+    "taken_apart",
     "tidy_stroke",
     "trace_anchors",
     "vertex_areas",

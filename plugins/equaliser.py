@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from plugins.api import F64, I64, DataStep, Document, Mesh, RegionTool, Run, Step, decompose
+from plugins.api import F64, I64, DataStep, Document, Mesh, RegionTool, Run, Step, taken_apart
 
 GAIN = {"min": -2.0, "max": 4.0, "step": 0.05}
 
@@ -29,7 +29,7 @@ class EqualiserStep(DataStep):
 
     def apply(self, mesh: Mesh, run: Run | None = None) -> Mesh:
         """Return the mesh with its bands amplified or damped."""
-        parts = decompose(mesh, self.roi, run=run)
+        parts = taken_apart(mesh, self.roi, None, run)
         wavelength = 2 * np.pi / np.sqrt(parts.eigenvalues)
         gain = np.asarray(self.gains)[np.searchsorted(-np.asarray(self.sizes), -wavelength)]
         weights = (gain - self.gains[-1])[:, None] * parts.eta / parts.eigenvalues[:, None]

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from plugins.api import I64, DataStep, Document, Mesh, RegionTool, Run, Step, decompose_until
+from plugins.api import I64, DataStep, Document, Mesh, RegionTool, Run, Step, taken_apart
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class InflateStep(DataStep):
 
     def apply(self, mesh: Mesh, run: Run | None = None) -> Mesh:
         """Return the inflated mesh."""
-        parts = decompose_until(mesh, self.roi, 0.0, run=run)
+        parts = taken_apart(mesh, self.roi, 0.0, run)
         vertices = mesh.vertices.copy()
         vertices[parts.roi] = parts.base
         normals = mesh.with_vertices(vertices).vertex_normals[parts.roi]

@@ -13,7 +13,7 @@ from plugins.api import (
     RegionTool,
     Run,
     Step,
-    decompose_until,
+    taken_apart,
 )
 
 LEVEL = {"label": "Level", "tip": "0 is the base shape", "min": 0.0, "max": 1.0, "step": 0.01}
@@ -32,7 +32,7 @@ class SmoothStep(DataStep):
 
     def apply(self, mesh: Mesh, run: Run | None = None) -> Mesh:
         """Return the faired mesh."""
-        parts = decompose_until(mesh, self.roi, self.level, run=run)
+        parts = taken_apart(mesh, self.roi, self.level, run)
         goal = parts.surface(parts.mode_count(self.level))
         vertices = mesh.vertices.copy()
         vertices[parts.roi] += self.amount * (goal - parts.original)

@@ -24,10 +24,10 @@ from plugins.api import (
     Tool,
     closest_points,
     cotangent_stiffness,
-    decompose_until,
     factorise,
     reflected,
     symmetry_plane,
+    taken_apart,
     vertex_areas,
 )
 
@@ -166,9 +166,7 @@ def rim_share(mesh: Mesh, roi: I64, fade: float, run: Run) -> F64:
 
     It is the height of a membrane under pressure over the region, cut off and eased.
     """
-    parts = run.memo.get(
-        ("membrane", mesh.digest, roi.tobytes()), lambda: decompose_until(mesh, roi, 0.0, run=run)
-    )
+    parts = taken_apart(mesh, roi, 0.0, run)
     height = parts.factor.solve(parts.areas[:, None])[:, 0]
     rise = np.clip(height / height.max() / (0.05 + 0.9 * fade), 0.0, 1.0)
     share = np.zeros(mesh.n)
