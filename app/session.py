@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+import psutil
 from PySide6.QtCore import QObject, QTimer, Signal
 
 import engine
@@ -39,10 +40,16 @@ log = logging.getLogger(__name__)
 Key = tuple[int, int, str, bool]
 Symmetry = Literal["off", "found", "x", "y", "z"]
 
+HEAVY = 2**30  # bytes of memory: to open a file that takes more is worth a question
 KEPT_DECOMPOSITIONS = 6
 SYMMETRIC = 0.01  # share of the diagonal
 HUNG = 10.0  # seconds without a sign after which a step that does not stop is to blame
 REST_MS = 150  # a level that stays this long is worth a factorisation
+
+
+def is_heavy(needed: int) -> bool:
+    """Whether opening a file of so many bytes of memory is worth a question."""
+    return needed > min(HEAVY, psutil.virtual_memory().available // 2)
 
 
 class Session(QObject):
@@ -60,6 +67,7 @@ class Session(QObject):
     broke(error) : a bug of ours came to light in the background; nothing was changed by it.
     misbehaved(step, reason, wrong) : a step raised, hung or gave nonsense and was given up; when
         not `wrong` it may only have been slow.
+    heavy(path, clean, bytes) : a file takes much memory to open, and nobody said that it shall.
     noticed(text) : something worth a line happened (opened, exported).
     applied : a step was added.
     busy_changed : work began or ended in some channel.
@@ -75,6 +83,7 @@ class Session(QObject):
     broke = Signal(object)
     misbehaved = Signal(object, str, bool)
     noticed = Signal(str)
+    heavy = Signal(object, bool, object)
     applied = Signal()
     progressed = Signal(str, float, str)
     busy_changed = Signal()
@@ -137,14 +146,14 @@ class Session(QObject):
             return False
         before = self.history.moments[moment.parent].document
         draft = moment.document.draft
-        fresh = draft.source is None and not draft.strokes
+        fresh = draft.source is None and not draft.acting
         return fresh and moment.document.recipe is not before.recipe
 
     @property
     def target_error(self) -> float | None:
         """How far the farthest anchor is from its target, px; None without a solved stroke."""
         document = self.subject
-        if document is None or not document.draft.strokes or self.solution is None:
+        if document is None or not document.draft.acting or self.solution is None:
             return None
         return float(self.solution.target_error_px)
 
@@ -426,26 +435,32 @@ class Session(QObject):
 
     # ---- files
 
-    def open(self, path: Path, *, clean: bool = True) -> None:
+    def open(self, path: Path, *, clean: bool = True, sure: bool = False) -> None:
         """Open a mesh or a document in the background; what is open stays until it is there.
 
         Parameters
         ----------
         clean : repair what can be repaired; without, the file is taken as it is or refused.
+        sure : open also a file that takes much memory, without asking by `heavy`.
         """
         if path.suffix.lower() == DOCUMENT_SUFFIX:
             self._open_document(path)
             return
 
+        def work(run: Run) -> Any:
+            needed = 0 if sure else engine.estimate(path)
+            return needed if is_heavy(needed) else engine.open_file(path, clean, run)
+
         def done(imported: Any) -> None:
+            if isinstance(imported, int):
+                self.heavy.emit(path, clean, imported)
+                return
             self.start(Document.open(imported.mesh, path.name), path=path)
             report = imported.report
             if report.changed or report.warnings:
                 self.imported.emit(report)
 
-        self.jobs.submit(
-            "file", lambda run: engine.open_file(path, clean, run), done, self.report, priority=1
-        )
+        self.jobs.submit("file", work, done, self.report, priority=1)
         self.busy_changed.emit()
 
     def _open_document(self, path: Path) -> None:
@@ -617,7 +632,7 @@ class Session(QObject):
 
     def _prepare_soon(self, document: Document | None) -> None:
         """Factorise at once for a source that was drawn, else when the level has come to rest."""
-        if document is None or document.draft.roi is None or document.draft.strokes:
+        if document is None or document.draft.roi is None or document.draft.acting:
             self._resting.stop()
         elif document.draft.source is not None:
             self._resting.stop()
@@ -637,7 +652,7 @@ class Session(QObject):
             return
         self._prepared = wanted
         waiting = () if draft.source is None else (draft.source.still(mesh),)
-        edit = SketchEdit(draft.roi, draft.level, (*draft.strokes, *waiting), draft.options)
+        edit = SketchEdit(draft.roi, draft.level, (*draft.acting, *waiting), draft.options)
         self.jobs.submit(
             "prepare",
             lambda run: edit.prepare(mesh, run, known),
@@ -704,7 +719,7 @@ class Session(QObject):
             return self._preview_mesh.vertices
         if draft.roi is None or (self._previewed is None and self.rests_on_details):
             return mesh.vertices
-        if draft.strokes:
+        if draft.acting:
             if self.solution is None or self._solved_edit is None:
                 return self._level_positions(document)
             if self._solved_edit[0] is mesh:

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import psutil
 from PySide6.QtCore import QByteArray, QEvent, QObject, QSettings, Qt, QTimer
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QImage, QKeyEvent, QPixmap
 from PySide6.QtWidgets import (
@@ -55,7 +56,7 @@ from app.status import Status
 from app.toolhost import ToolHost
 from app.viewport import Viewport
 from app.welcome import Welcome
-from engine import Document, ImportReport
+from engine import Document, ImportReport, start_worker
 from plugins.registry import Failure, find_tools
 
 PANEL_WIDTH = 304
@@ -176,6 +177,7 @@ class Window(QMainWindow):
         session.problem_changed.connect(lambda: self.hint.set_problem(session.problem))
         session.noticed.connect(self.hint.set_notice)
         session.imported.connect(self._show_report)
+        session.heavy.connect(self._ask_heavy)
         session.busy_changed.connect(self.refresh)
         host.tool_changed.connect(self.refresh)
         host.said.connect(self.hint.set_said)
@@ -428,6 +430,21 @@ class Window(QMainWindow):
         """List what was found, what failed to load and why, and the person's own files."""
         PluginList(self.toolhost, all_failures(), self).show()
 
+    def _ask_heavy(self, path: Path, clean: bool, needed: int) -> None:
+        """Ask before a file is opened that takes much memory."""
+        free = psutil.virtual_memory().available
+        words = (
+            f"It needs about {needed / 2**30:.1f} GiB of memory; {free / 2**30:.1f} GiB are free."
+        )
+        self.plate.say(
+            f"Open {path.name}?",
+            [words],
+            {
+                "Open": lambda: self.session.open(path, clean=clean, sure=True),
+                "Leave it": lambda: None,
+            },
+        )
+
     def _show_report(self, report: ImportReport) -> None:
         """Say what was done to a file, and offer to take it as it is."""
         path = self.session.path
@@ -557,6 +574,7 @@ def main(path: Path | None = None) -> int:
     choice = QSettings().value("look/theme", "system")
     window = Window(Appearance(app, str(choice)))
     window.keep_safe(state_folder())
+    start_worker()
     window.show()
     if path is None:
         window.session.opened.connect(window.welcome.begin, Qt.ConnectionType.SingleShotConnection)

@@ -1,4 +1,4 @@
-"""Kept views, pictures, tracing, measuring, navigating by the tool, flipping, and units."""
+"""Kept views, pictures, tracing, measuring, navigating, flipping, units, heavy files."""
 
 from __future__ import annotations
 
@@ -140,3 +140,16 @@ def test_the_unit_is_asked_for_when_the_size_is_odd(make_window, qtbot, sphere: 
     qtbot.mouseClick(window.plate.buttons["Metre"], Qt.MouseButton.LeftButton)
     assert window.session.document.unit == "m"
     assert not window.plate.isVisible()
+
+
+def test_a_file_that_takes_much_memory_is_asked_for(
+    window: Window, qtbot, sphere_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("engine.estimate", lambda _path: 3 * 2**30)
+    document = window.session.document
+    window.session.open(sphere_file)
+    qtbot.waitUntil(window.plate.isVisible, timeout=30_000)
+    assert "3.0 GiB" in window.plate.text
+    assert window.session.document is document
+    qtbot.mouseClick(window.plate.buttons["Open"], Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: window.session.document is not document, timeout=30_000)
