@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
@@ -61,7 +62,7 @@ class Header(QFrame):
 
 
 class MorphBar(Header):
-    """Two sliders below a header: how much of the other form and of its detail is wanted.
+    """Two sliders at the lower left: how much of the other form and of its detail is wanted.
 
     Signals
     -------
@@ -199,7 +200,15 @@ class Compare(QWidget):
             self._step = None
         self.morph.clear()
         self.morph.say("Morph" if self._step is not None else "")
-        self.morph.move(MARGIN, self.header.geometry().bottom() + MARGIN // 2)
+        self._place_morph()
+
+    def _place_morph(self) -> None:
+        self.morph.move(MARGIN, self.viewport.height() - self.morph.height() - MARGIN)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """The sliders stay at the lower left."""
+        super().resizeEvent(event)
+        self._place_morph()
 
     def _wanted(self) -> MorphStep | None:
         form, detail = self.morph.shares

@@ -178,6 +178,8 @@ class Stage(QObject):
                 self._draw_source("source", source)
                 wanted.add("source")
             for i, stroke in enumerate(draft.strokes):
+                if stroke.hidden:
+                    continue
                 self._draw_source(f"source {i}", stroke)
                 points = on_picture_plane(stroke, self._drawn[stroke.anchors])
                 self._viewport.show_curve(f"target {i}", points, "target", closed=stroke.closed)

@@ -41,11 +41,17 @@ class Draft:
         """Return the draft with another region (or none); its curves go, level and options stay."""
         return replace(self, roi=roi, source=None, strokes=())
 
+    @property
+    def acting(self) -> tuple[Stroke, ...]:
+        """The strokes that are not hidden."""
+        return tuple(stroke for stroke in self.strokes if not stroke.hidden)
+
     def edit(self) -> SketchEdit | None:
-        """Return the step that `apply` would add, or None while there is no stroke."""
-        if self.roi is None or not self.strokes:
+        """Return the step that `apply` would add, or None while no stroke acts."""
+        acting = self.acting
+        if self.roi is None or not acting:
             return None
-        return SketchEdit(self.roi, self.level, self.strokes, self.options)
+        return SketchEdit(self.roi, self.level, acting, self.options)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,10 +99,14 @@ class Document:
     def with_step(self, step: Step, mesh: Mesh) -> Document:
         """Return the document after `step`, whose result on the current mesh is `mesh`.
 
-        The region and its level stay chosen as long as the faces are the same; the curves go.
+        The region, its level and hidden curves stay as long as the faces are the same; the other
+        curves go.
         """
         same_faces = mesh.faces is self.mesh.faces
         draft = self.draft.with_roi(self.draft.roi if same_faces else None)
+        if same_faces:
+            aside = tuple(stroke for stroke in self.draft.strokes if stroke.hidden)
+            draft = replace(draft, strokes=aside)
         regions = self.regions if same_faces else MappingProxyType({})
         return replace(
             self, mesh=mesh, recipe=self.recipe.with_step(step), draft=draft, regions=regions

@@ -55,6 +55,7 @@ class Stroke:
     target : (c, 2) float64 px, where each anchor shall be seen.
     closed : whether the last anchor is followed by the first.
     weights : (c,) in (0, 1], how firmly each anchor shall meet its target; None for all 1.
+    hidden : whether it is put aside in a draft: it stays there and has no effect.
     """
 
     anchors: I64
@@ -62,6 +63,7 @@ class Stroke:
     target: F64
     closed: bool = False
     weights: F64 | None = None
+    hidden: bool = False
 
     def to_json(self) -> dict[str, Any]:
         """Return plain lists and numbers."""
@@ -87,7 +89,7 @@ class Stroke:
         """
         if not isinstance(data, dict):
             raise RecipeError("A stroke must be an object with anchors, view and target.")
-        known = {f.name for f in fields(cls)}
+        known = {f.name for f in fields(cls)} - {"hidden"}
         _refuse_unknown(data, known, "A stroke")
         if not {"anchors", "view", "target"} <= set(data):
             raise RecipeError("A stroke lacks its anchors, its view or its target. Add them.")

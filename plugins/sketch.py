@@ -75,14 +75,14 @@ class SourceTool(Tool):
     def claims(self, document: Document) -> bool:
         """After the region comes the source."""
         draft = document.draft
-        return draft.roi is not None and draft.source is None and not draft.strokes
+        return draft.roi is not None and draft.source is None and not draft.acting
 
     def hint(self, document: Document) -> str:
         """Say what to draw now."""
         draft = document.draft
         if draft.roi is None:
             return "Choose a region first: press L and circle the part you want to reshape"
-        if draft.strokes:
+        if draft.acting:
             return "Draw another curve on the region"
         if any(getattr(step, "roi", None) is draft.roi for step in document.recipe.steps):
             return "Draw another curve, change the level, or press Esc to leave the region"
@@ -149,7 +149,7 @@ class TargetTool(Tool):
 
     def available(self, document: Document) -> bool:
         """A target needs a source."""
-        return document.draft.source is not None or bool(document.draft.strokes)
+        return document.draft.source is not None or bool(document.draft.acting)
 
     def claims(self, document: Document) -> bool:
         """After the source comes the target."""
@@ -160,7 +160,7 @@ class TargetTool(Tool):
         draft = document.draft
         if draft.source is not None:
             return "Turn the view if you like, then draw where the curve should go"
-        if draft.strokes:
+        if draft.acting:
             return "Drag the curve to adjust, draw it again, S for another, or Enter to apply"
         return "Draw a source curve first: press S and draw on the region"
 
@@ -171,7 +171,7 @@ class TargetTool(Tool):
             held = _held(context, pointer)
             if held is not None:
                 return (yield from self._adjust(context, pointer, *held))
-            if not draft.strokes:
+            if not draft.acting:
                 raise EngineError("There is no source curve. Press S and draw one on the region.")
         return (yield from self._draw(context, pointer))
 
@@ -182,7 +182,8 @@ class TargetTool(Tool):
         if draft.source is not None:
             source, others = draft.source, draft.strokes
         else:
-            source, others = _source(draft.strokes[-1]), draft.strokes[:-1]
+            last = draft.acting[-1]
+            source, others = _source(last), tuple(s for s in draft.strokes if s is not last)
         start = view.project(context.shown.vertices[source.anchors])
         context.say("Draw the whole curve where it should go")
         path = [pointer.xy]
@@ -311,6 +312,8 @@ def _held(context: Context, pointer: Pointer) -> tuple[int, int, F64] | None:
     """
     best: tuple[float, int, int, F64] | None = None
     for which, stroke in enumerate(context.document.draft.strokes):
+        if stroke.hidden:
+            continue
         if stroke.view == context.view:
             curve = stroke.target
         else:

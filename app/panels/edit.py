@@ -180,26 +180,54 @@ class EditPanel(Panel):
         draft = document.draft
         for i, stroke in enumerate(draft.strokes):
             words = f"Curve {i + 1}, {len(stroke.anchors)} anchors"
-            self._strokes.addWidget(self._row(words, TARGET, theme, i))
+            self._strokes.addWidget(self._row(words, TARGET, theme, i, stroke.hidden))
         if draft.source is not None:
             words = f"Source, {len(draft.source.anchors)} anchors"
             self._strokes.addWidget(self._row(words, SOURCE, theme, None))
 
-    def _row(self, words: str, colour: str, theme: Theme, which: int | None) -> QWidget:
+    def _row(
+        self, words: str, colour: str, theme: Theme, which: int | None, hidden: bool = False
+    ) -> QWidget:
         row = QWidget(self)
         line = QHBoxLayout(row)
         line.setContentsMargins(0, 0, 0, 0)
         sign = QLabel(row)
-        sign.setPixmap(icon("mdi6.vector-curve", theme, colour).pixmap(16, 16))
+        sign.setPixmap(
+            icon("mdi6.vector-curve", theme, theme.faint if hidden else colour).pixmap(16, 16)
+        )
+        label = QLabel(words, row)
+        if hidden:
+            label.setStyleSheet(f"color: {theme.faint};")
         bin_ = QToolButton(row)
         bin_.setIcon(icon("mdi6.delete-outline", theme))
         bin_.setToolTip(f"Remove {words.split(',')[0].lower()}")
         bin_.setAccessibleName(bin_.toolTip())
         bin_.clicked.connect(lambda: self._remove(which))
         line.addWidget(sign)
-        line.addWidget(QLabel(words, row), 1)
+        line.addWidget(label, 1)
+        if which is not None:
+            line.addWidget(self._eye(row, words, theme, which, hidden))
         line.addWidget(bin_)
         return row
+
+    def _eye(self, row: QWidget, words: str, theme: Theme, which: int, hidden: bool) -> QToolButton:
+        eye = QToolButton(row)
+        eye.setIcon(icon("mdi6.eye-off-outline" if hidden else "mdi6.eye-outline", theme))
+        name = words.split(",")[0].lower()
+        eye.setToolTip(f"Let {name} act again" if hidden else f"Put {name} aside")
+        eye.setAccessibleName(eye.toolTip())
+        eye.clicked.connect(lambda: self._hide(which, not hidden))
+        return eye
+
+    def _hide(self, which: int, hidden: bool) -> None:
+        document = self._session.document
+        if document is None:
+            return
+        strokes = list(document.draft.strokes)
+        strokes[which] = replace(strokes[which], hidden=hidden)
+        draft = replace(document.draft, strokes=tuple(strokes))
+        label = "Curve put aside" if hidden else "Curve acts again"
+        self._session.change(document.with_draft(draft), label)
 
     def _remove(self, which: int | None) -> None:
         document = self._session.document

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QCoreApplication, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QComboBox, QPushButton
+from PySide6.QtWidgets import QComboBox, QPushButton, QToolButton
 
 from app.window import Window
 from tests.app.driving import Mouse, bow, circle, picture, settled
@@ -113,3 +113,44 @@ def test_form_and_detail_are_morphed_between_two_variants(
     qtbot.waitUntil(lambda: (session.shown.vertices == sphere.vertices).all(), timeout=30_000)
     window.end_compare()
     assert (session.shown.vertices == halfway).all(), "closing takes the preview away"
+
+
+def button(window: Window, name: str) -> QToolButton:
+    """Find a button of the Edit panel by what it says of itself."""
+    QCoreApplication.processEvents()
+    found = {one.accessibleName(): one for one in window.edit.findChildren(QToolButton)}
+    return found[name]
+
+
+@pytest.mark.parametrize("theme", ["dark", "light"])
+def test_a_curve_is_put_aside_and_acts_again(
+    make_window, sphere, qtbot, artefacts: Path, theme: str
+) -> None:
+    window = make_window(sphere, theme)
+    session = window.session
+    region(window, qtbot, radius=0.25)
+    curve(window, qtbot, sag=-0.3, height=-0.07)
+    one = session.shown.vertices
+    qtbot.keyClick(window.viewport, Qt.Key.Key_S)
+    curve(window, qtbot, sag=0.3, height=0.07)
+    both = session.shown.vertices
+    assert (one != both).any()
+
+    qtbot.mouseClick(button(window, "Put curve 2 aside"), Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(settled(window), timeout=30_000)
+    assert len(session.document.draft.strokes) == 2
+    assert (session.shown.vertices == one).all(), "as if it had not been drawn"
+    qtbot.wait(100)
+    picture(window, artefacts, f"eye {theme}")
+
+    qtbot.mouseClick(button(window, "Let curve 2 act again"), Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(settled(window), timeout=30_000)
+    assert (session.shown.vertices == both).all()
+
+    qtbot.mouseClick(button(window, "Put curve 1 aside"), Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(settled(window), timeout=30_000)
+    enter(window, qtbot)
+    assert len(session.document.recipe.steps[0].strokes) == 1
+    assert [stroke.hidden for stroke in session.document.draft.strokes] == [True]
+    assert session.shown is session.document.mesh, "the details are back"
+    assert window.toolhost.active.id == "source", "the flow goes on"
