@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
 from PySide6.QtCore import QSettings
@@ -24,16 +25,35 @@ UNITS = (("mm", "millimetre"), ("cm", "centimetre"), ("m", "metre"), ("in", "inc
 
 def commands(window: Window) -> list[Action]:
     """Return every action of `window`, in the order of its menus."""
-    return [
-        *_file(window),
-        *_edit(window),
-        *_level(window),
-        *_region(window),
-        *_tools(window),
-        *_view(window),
-        *seeing(window),
-        *_help(window),
-    ]
+    return without_clashes(
+        [
+            *_file(window),
+            *_edit(window),
+            *_level(window),
+            *_region(window),
+            *_tools(window),
+            *_view(window),
+            *seeing(window),
+            *_help(window),
+        ]
+    )
+
+
+def without_clashes(actions: list[Action]) -> list[Action]:
+    """Return the actions without the keys of tools that something else has already.
+
+    Two owners would leave the key dead for both. A stranger's tool yields to the window's own keys
+    and to the tools before it; the person can give it another key.
+    """
+    taken = {key for one in actions if not one.id.startswith("tool.") for key in one.shortcuts}
+    free = []
+    for action in actions:
+        if action.id.startswith("tool."):
+            own = tuple(key for key in action.shortcuts if key not in taken)
+            taken.update(own)
+            action = replace(action, shortcuts=own)
+        free.append(action)
+    return free
 
 
 def _file(window: Window) -> list[Action]:

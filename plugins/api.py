@@ -211,7 +211,7 @@ class Tool:
     id : unique and stable, the name of its entry point.
     title, tip : a word and a sentence for the tool rail.
     icon : name of an icon (Material Design icons, e.g. "mdi6.lasso").
-    shortcut : one key.
+    shortcut : one key; it is left out when something else has it already.
     label : what the history says after a gesture.
     order : place in the tool rail, small numbers first.
     navigates : whether strokes move the camera while the tool is in hand.

@@ -65,8 +65,12 @@ def test_it_edits_in_the_window_and_replays_to_the_same_bytes(
         "AttributeError: module 'eigenform_nudge' has no attribute 'Absent'"
     ]
 
-    qtbot.keyClick(window.viewport, Qt.Key.Key_G)
+    qtbot.keyClick(window.viewport, Qt.Key.Key_J)
     assert window.toolhost.active.title == "Nudge"
+    qtbot.keyClick(window.viewport, Qt.Key.Key_L)
+    assert window.toolhost.active.title == "Lasso", "a key that is taken stays with who has it"
+    assert window.actions_table.keys("tool.clumsy") == ()
+    qtbot.keyClick(window.viewport, Qt.Key.Key_J)
     radius = window.strip.findChild(QDoubleSpinBox, "option radius")
     radius.setValue(25.0)
     window.viewport.setFocus()

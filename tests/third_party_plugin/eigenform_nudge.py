@@ -33,7 +33,7 @@ class Nudge(Tool):
     title = "Nudge"
     tip = "Press on the form and drag"
     icon = "mdi6.cursor-move"
-    shortcut = "G"
+    shortcut = "J"
     Options = NudgeOptions
 
     def gesture(self, context, pointer):
@@ -62,6 +62,7 @@ class Clumsy(Tool):
 
     id = "clumsy"
     title = "Clumsy"
+    shortcut = "L"  # the lasso's
 
     def gesture(self, context, pointer):
         yield
