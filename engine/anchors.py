@@ -97,7 +97,7 @@ def trace_anchors(
     chain = _ladder_path(mesh, strip, seen, path, closed)
     if closed and len(chain) > 1 and chain[0] == chain[-1]:
         chain = chain[:-1]
-    chain = _without_loops(chain)
+    chain = without_loops(chain)
     on_chain = np.zeros(mesh.n, dtype=bool)
     on_chain[chain] = True
     coverage = float(on_chain[mesh.faces[np.unique(under)]].any(axis=1).mean())
@@ -284,7 +284,7 @@ def _distance_to(path: F64, points: F64) -> F64:
     return np.asarray(cKDTree(tidy_stroke(path, spacing=1.0)).query(points)[0])
 
 
-def _without_loops(chain: I64) -> I64:
+def without_loops(chain: I64) -> I64:
     """Return the chain cut short wherever it comes back to a vertex."""
     last_at = {int(v): i for i, v in enumerate(chain)}
     kept, i = [], 0

@@ -20,6 +20,7 @@ from plugins.api import (
     Tool,
     View,
     resample_target,
+    silhouette_chain,
     tidy_stroke,
     trace_anchors,
 )
@@ -27,6 +28,7 @@ from plugins.api import (
 SHORTEST = 12.0  # px: a shorter path is a slip of the hand, not a curve
 CLOSES = 16.0  # px: a curve whose ends come this near, after a long way, is a closed one
 COVERED = 0.95  # of the triangles under a source: below it the person is told
+SNAPS = 24.0  # px: an outline this near draws a stroke onto itself
 GRAB = 14.0  # px: a press this near to the target takes hold of it
 
 
@@ -51,6 +53,13 @@ class SourceOptions:
         metadata={
             "label": "Pressure holds",
             "tip": "Where the pen pressed lightly the form follows the target less firmly",
+        },
+    )
+    outline: bool = field(
+        default=False,
+        metadata={
+            "label": "Snap to outline",
+            "tip": "A stroke along the outline of the form lies on it exactly; Alt does it once",
         },
     )
 
@@ -90,6 +99,7 @@ class SourceTool(Tool):
 
     def gesture(self, context: Context, pointer: Pointer) -> Gesture:
         """Follow the curve and find its anchors."""
+        snaps = context.options.outline or pointer.alt
         drawn, pressures = yield from _drawn(context, pointer)
         if _extent(drawn) < SHORTEST:
             return None
@@ -98,16 +108,9 @@ class SourceTool(Tool):
         draft = context.document.draft
         if draft.roi is None:
             raise EngineError("There is no region to draw on. Press L and circle a part first.")
-        faces = context.faces_under(path)
-        if len(_inside(faces, context.shown.faces, draft.roi)) == 0:
-            raise EngineError("The curve is not on the region. Draw it on the coloured part.")
-        found = trace_anchors(context.shown, faces, path, context.view, draft.roi, closed)
-        if found.coverage < COVERED:
-            context.notice(
-                f"The curve could follow {found.coverage:.0%} of what you drew: "
-                "the rest lay behind the form or across a gap"
-            )
-        anchors = found.anchors
+        anchors = _on_outline(context, path, draft.roi, closed) if snaps else None
+        if anchors is None:
+            anchors = _on_surface(context, path, draft.roi, closed)
         weights = None
         if context.options.weights and pointer.pen:
             seen = context.view.project(context.shown.vertices[anchors])
@@ -231,6 +234,29 @@ def _drawn(context: Context, pointer: Pointer) -> Generator[None, Pointer, tuple
         pressures.append(pressures[-1] if pointer.kind == "release" else pointer.pressure)
         context.draw(np.array(path), "source")
     return np.array(path), np.array(pressures)
+
+
+def _on_surface(context: Context, path: F64, roi: I64, closed: bool) -> I64:
+    """Return the anchors below a path (p, 2) px."""
+    faces = context.faces_under(path)
+    if len(_inside(faces, context.shown.faces, roi)) == 0:
+        raise EngineError("The curve is not on the region. Draw it on the coloured part.")
+    found = trace_anchors(context.shown, faces, path, context.view, roi, closed)
+    if found.coverage < COVERED:
+        context.notice(
+            f"The curve could follow {found.coverage:.0%} of what you drew: "
+            "the rest lay behind the form or across a gap"
+        )
+    return found.anchors
+
+
+def _on_outline(context: Context, path: F64, roi: I64, closed: bool) -> I64 | None:
+    """Return the anchors on the form's outline beside a path (p, 2) px, or None without one."""
+    left, top = path.min(axis=0) - 2 * SNAPS
+    right, bottom = path.max(axis=0) + 2 * SNAPS
+    around = np.array([(left, top), (right, top), (right, bottom), (left, bottom)])
+    visible = context.vertices_inside(around)
+    return silhouette_chain(context.shown, path, context.view, roi, closed, SNAPS, visible)
 
 
 def _is_closed(path: F64) -> bool:

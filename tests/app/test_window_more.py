@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QCoreApplication, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QComboBox, QPushButton, QToolButton
+from PySide6.QtWidgets import QComboBox, QPushButton, QToolButton, QWidget
 
 from app.window import Window
+from engine.silhouette import outline_edges
 from tests.app.driving import Mouse, bow, circle, picture, settled
 
 
@@ -154,3 +155,48 @@ def test_a_curve_is_put_aside_and_acts_again(
     assert [stroke.hidden for stroke in session.document.draft.strokes] == [True]
     assert session.shown is session.document.mesh, "the details are back"
     assert window.toolhost.active.id == "source", "the flow goes on"
+
+
+@pytest.mark.parametrize(("how", "theme"), [("option", "dark"), ("alt", "light")])
+def test_a_stroke_along_the_outline_snaps_to_it(
+    make_window, sphere, qtbot, artefacts: Path, theme: str, how: str
+) -> None:
+    window = make_window(sphere, theme)
+    session, view = window.session, window.viewport
+    window.actions_table.trigger("view.front")
+    qtbot.waitUntil(lambda: not view.moving)
+    seen = view.view().project(sphere.vertices)
+    middle, edge = seen.mean(axis=0), seen[seen[:, 0].argmax()]
+    centre = (edge - [view.width() / 2, view.height() / 2]) / view.height()
+    qtbot.mouseClick(option(window, "through"), Qt.MouseButton.LeftButton)
+    region(window, qtbot, *centre, radius=0.2)
+    roi = session.document.draft.roi
+
+    # Along the outline of what is shown, eight pixels outside it: over the background.
+    seen = view.view().project(session.shown.vertices)
+    angle = np.linspace(-0.25, 0.25, 40)
+    way = np.column_stack([np.cos(angle), np.sin(angle)])
+    radius = np.array([((seen - middle) @ one).max() for one in way])
+    path = middle + (radius + 8)[:, None] * way
+    if how == "option":
+        qtbot.mouseClick(option(window, "outline"), Qt.MouseButton.LeftButton)
+    alt = Qt.KeyboardModifier.AltModifier
+    Mouse().stroke(window, path, alt if how == "alt" else Qt.KeyboardModifier.NoModifier)
+    source = session.document.draft.source
+    assert source is not None, session.problem
+    edges, outline, _ = outline_edges(session.shown, view.view(), roi)
+    assert np.isin(source.anchors, edges[outline]).mean() > 0.8
+    qtbot.wait(100)
+    picture(window, artefacts, f"outline {how} {theme}")
+
+    Mouse().stroke(window, path + np.array([25, 0]))
+    qtbot.waitUntil(settled(window), timeout=30_000)
+    after = view.view().project(session.shown.vertices)
+    assert after[:, 0].max() > seen[:, 0].max() + 10, "the outline bulges"
+
+
+def option(window: Window, name: str) -> QWidget:
+    """Find the control of an option of the tool in hand."""
+    QCoreApplication.processEvents()
+    found = window.strip.findChildren(QWidget, f"option {name}")
+    return next(one for one in found if one.isVisible())

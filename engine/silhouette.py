@@ -1,0 +1,147 @@
+"""The outline of a form as a source curve: the edges between what faces the eye and what does not.
+
+A triangle faces the eye when its corners are seen in the order of their orientation, which holds
+for parallel projections as for perspective ones.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike
+from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
+
+from engine.anchors import without_loops
+from engine.arrays import B1, F64, I64
+from engine.mesh import Mesh
+from engine.sketch import checked_path, tidy_stroke
+from engine.view import View
+
+_ALONG = 0.7  # share of the stroke that must run near the outline
+_OFF_OUTLINE = 8.0  # an edge beside the outline costs as much as so many on it
+_SAMPLES = 9  # points of an outline edge that the stroke may be near to
+
+
+def outline_edges(mesh: Mesh, view: View, roi: ArrayLike) -> tuple[I64, B1, I64]:
+    """Return the edges inside a region and which of them lie on the outline.
+
+    Parameters
+    ----------
+    mesh : the surface as it is shown.
+    view : the camera.
+    roi : ids of the region.
+
+    Returns
+    -------
+    edges : (e, 2) vertex ids.
+    outline : (e,) mask: one side faces the eye and the other does not, or there is no other side.
+    beside : (e, 2) two vertices whose triangles meet at the edge; of these one can be seen where
+        the edge can.
+    """
+    inside = np.zeros(mesh.n, dtype=bool)
+    inside[np.asarray(roi)] = True
+    faces = mesh.faces[inside[mesh.faces].any(axis=1)]
+    a, b, c = (view.project(mesh.vertices[corner]) for corner in faces.T)
+    u, v = b - a, c - a
+    front = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0] < 0
+    pairs = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    opposite = faces[:, [2, 0, 1]].ravel()
+    key = pairs[:, 0] * np.int64(mesh.n) + pairs[:, 1]
+    _, first, which, sides = np.unique(
+        key, return_index=True, return_inverse=True, return_counts=True
+    )
+    facing = np.bincount(which, weights=np.repeat(front, 3))
+    edges = pairs[first]
+    last = np.zeros(len(edges), dtype=np.int64)
+    last[which] = opposite
+    outline = (facing > 0) & ((facing < sides) | (sides == 1))
+    kept = inside[edges].all(axis=1)
+    beside = np.column_stack([opposite[first], last])
+    return edges[kept], outline[kept], beside[kept]
+
+
+def silhouette_chain(
+    mesh: Mesh,
+    path_px: ArrayLike,
+    view: View,
+    roi: ArrayLike,
+    closed: bool = False,
+    reach: float = 24.0,
+    visible: ArrayLike | None = None,
+) -> I64 | None:
+    """Return the chain of vertices along the outline near a stroke, (c,), or None.
+
+    Parameters
+    ----------
+    mesh : the surface as it is shown.
+    path_px : (p, 2) the stroke, px in `view`.
+    view : the camera.
+    roi : vertex ids that the chain must keep to.
+    closed : whether the stroke comes back to its start.
+    reach : px that the stroke may be away from the outline.
+    visible : vertex ids that can be seen; None when nothing hides anything.
+
+    Notes
+    -----
+    The chain is the shortest way over edges from the outline's vertex nearest to the stroke's
+    start, past one nearest to its middle, to the one nearest to its end. Edges on the outline are
+    cheap, so others are taken only to close gaps. None when most of the stroke is not near an
+    outline or no such way exists.
+
+    Raises
+    ------
+    SketchError
+        The stroke is shorter than a pixel or not finite.
+    """
+    path = tidy_stroke(checked_path(path_px), 2.0)
+    edges, outline, beside = outline_edges(mesh, view, roi)
+    if visible is not None:
+        seen = np.zeros(mesh.n, dtype=bool)
+        seen[np.asarray(visible)] = True
+        outline &= seen[edges].any(axis=1) | seen[beside].any(axis=1)
+    ids = np.unique(edges)
+    px = np.full((mesh.n, 2), np.inf)
+    px[ids] = view.project(mesh.vertices[ids])
+    away = np.full(mesh.n, np.inf)
+    away[ids] = cKDTree(path).query(px[ids])[0]
+    near = (away[edges] <= 2 * reach).all(axis=1)
+    edges, outline = edges[near], outline[near]
+    if not outline.any() or not _runs_along(path, px[edges[outline]], reach):
+        return None
+    length = np.linalg.norm(mesh.vertices[edges[:, 0]] - mesh.vertices[edges[:, 1]], axis=1)
+    cost = length * np.where(outline, 1.0, _OFF_OUTLINE)
+    cost *= 1.0 + ((away[edges] / reach) ** 2).sum(axis=1)
+    cost += 1e-9 * float(cost.max()) + 1e-300
+    graph = sp.csr_array(sp.coo_array((cost, tuple(edges.T)), shape=(mesh.n, mesh.n)))
+    on_outline = np.unique(edges[outline])
+    at = (0.0, 1 / 3, 2 / 3, 0.0) if closed else (0.0, 0.5, 1.0)
+    points = path[[round(share * (len(path) - 1)) for share in at]]
+    stops = on_outline[cKDTree(px[on_outline]).query(points)[1]]
+    return _way(graph, stops, closed)
+
+
+def _runs_along(path: F64, ends: F64, reach: float) -> bool:
+    """Whether most of a stroke (p, 2) is near edges with the ends (e, 2, 2), px."""
+    share = np.linspace(0, 1, _SAMPLES)[:, None, None]
+    samples = (ends[:, 0] + share * (ends[:, 1] - ends[:, 0])).reshape(-1, 2)
+    away = cKDTree(samples).query(path)[0]
+    return bool((away <= reach).mean() >= _ALONG)
+
+
+def _way(graph: sp.csr_array, stops: I64, closed: bool) -> I64 | None:
+    """Return the shortest way past all stops in order, each vertex once; None if there is none."""
+    distance, before = dijkstra(graph, directed=False, indices=stops[:-1], return_predecessors=True)
+    chain = [stops[:1]]
+    for leg, end in enumerate(stops[1:]):
+        if not np.isfinite(distance[leg, end]):
+            return None
+        way = [int(end)]
+        while way[-1] != stops[leg]:
+            way.append(int(before[leg, way[-1]]))
+        chain.append(np.array(way[-2::-1], dtype=np.int64))
+    whole = np.concatenate(chain)
+    if closed and len(whole) > 1:
+        whole = whole[:-1]
+    whole = without_loops(whole)
+    return whole if len(whole) > 1 else None
