@@ -15,6 +15,9 @@ class Ask(QWidget):
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent, Qt.WindowType.Popup)
+        self.setObjectName("ask")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setStyleSheet("#ask { background: palette(window); border: 1px solid palette(mid); }")
         self._words = QLabel(self)
         self.line = QLineEdit(self)
         column = QVBoxLayout(self)

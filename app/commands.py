@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 LEVEL_STEP = 0.02
 AXES: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
-UNITS = (("mm", "millimetre"), ("cm", "centimetre"), ("m", "metre"), ("in", "inch"))
+UNITS = (("mm", "a millimetre"), ("cm", "a centimetre"), ("m", "a metre"), ("in", "an inch"))
 
 
 def commands(window: Window) -> list[Action]:
@@ -81,7 +81,7 @@ def _file(window: Window) -> list[Action]:
         Action("file.recipe", "Save recipe…", window.ask_recipe, (), "mdi6.script-text-outline",
                with_document, menu),
         *(
-            Action(f"file.unit.{unit}", f"One unit is a {words}",
+            Action(f"file.unit.{unit}", f"One unit is {words}",
                    lambda unit=unit: window.session.set_unit(unit), enabled=with_document,
                    menu=menu, checked=lambda unit=unit: unit_is(unit))
             for unit, words in UNITS

@@ -40,7 +40,7 @@ class Keys(QDialog):
         super().__init__(parent)
         self._actions = actions
         self.setWindowTitle("Keys")
-        self.resize(560, 640)
+        self.resize(680, 640)
         self.find = QLineEdit(self)
         self.find.setPlaceholderText("Find")
         self.find.setAccessibleName("Find a key")

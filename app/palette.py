@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, QSize, Qt
-from PySide6.QtGui import QKeyEvent, QKeySequence
+from PySide6.QtGui import QIcon, QKeyEvent, QKeySequence, QPixmap
 from PySide6.QtWidgets import (
     QDialog,
     QHeaderView,
@@ -26,6 +26,9 @@ class Palette(QDialog):
     def __init__(self, actions: Actions, parent: QWidget) -> None:
         super().__init__(parent, Qt.WindowType.Popup)
         self._actions = actions
+        room = QPixmap(16, 16)
+        room.fill(Qt.GlobalColor.transparent)
+        self._none = QIcon(room)  # actions without an icon line up with the others
         self.line = QLineEdit(self)
         self.line.setPlaceholderText("What do you want to do?")
         self.line.setAccessibleName("Find a command")
@@ -90,7 +93,8 @@ class Palette(QDialog):
             item.setData(0, Qt.ItemDataRole.UserRole, name)
             item.setSizeHint(0, QSize(0, ROW))
             item.setTextAlignment(1, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-            item.setIcon(0, self._actions.qt[name].icon())
+            own = self._actions.qt[name].icon()
+            item.setIcon(0, self._none if own.isNull() else own)
         self.list.setCurrentItem(self.list.topLevelItem(0))
 
     def _do(self) -> None:

@@ -227,7 +227,9 @@ def unit_question(document: Document) -> str:
     """Return the sentence that shows a model's size in the present and the likely unit."""
     low, high = document.mesh.bounds
     sides = " × ".join(f"{side:.3g}" for side in high - low)
-    return f"The model measures {sides}. Is one unit of the file a {UNIT_WORDS[document.unit]}?"
+    word = UNIT_WORDS[document.unit]
+    article = "an" if word[0] in "aeiou" else "a"
+    return f"The model measures {sides}. Is one unit of the file {article} {word}?"
 
 
 def picture_file(parent: QWidget, folder: str) -> Path | None:

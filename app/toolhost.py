@@ -131,6 +131,7 @@ class ToolHost(QObject):
         self._options: dict[str, Any] = {name: tool.Options() for name, tool in tools.items()}
         self._active = next(iter(self.tools), "")
         self._gesture: Gesture | None = None
+        self._pressed = False
         self._marked = False
         self._spanned = False
         self.reasons: dict[str, str] = {}
@@ -159,6 +160,7 @@ class ToolHost(QObject):
         self.cancel()
         self._unspan()
         self._active = name
+        self._canvas.brush(0.0, 0.0, None)  # the next move of the hand shows what it takes now
         self._session.clear_problem()
         self._show_live()
         self.tool_changed.emit()
@@ -234,6 +236,7 @@ class ToolHost(QObject):
     def pointer(self, event: Pointer) -> None:
         """Take one event of mouse or pen."""
         self._show_circle(event)
+        self._pressed = event.kind == "press" or (self._pressed and event.kind == "move")
         if event.kind == "press" and self._gesture is None:
             self._begin(event)
         elif self._gesture is not None and event.kind != "hover":
@@ -273,6 +276,9 @@ class ToolHost(QObject):
     def enter(self) -> None:
         """Do what Enter asks for: the active tool decides, by default it applies the draft."""
         tool = self.active
+        if self._gesture is not None and tool is not None and tool.waits and not self._pressed:
+            self._advance(Pointer("enter", 0.0, 0.0))
+            return
         if self._gesture is not None or self._session.document is None or tool is None:
             return
         try:
@@ -288,6 +294,8 @@ class ToolHost(QObject):
         document, tool = self._session.document, self.active
         if document is None or tool is None or self._session.applying:
             return False
+        if self._gesture is not None:
+            return tool.waits
         own = type(tool).enter is not Tool.enter
         return document.draft.edit() is not None or (own and self.available(self._active))
 

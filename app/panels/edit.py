@@ -8,7 +8,6 @@ from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QCheckBox,
-    QComboBox,
     QDoubleSpinBox,
     QGridLayout,
     QHBoxLayout,
@@ -22,7 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.look import SOURCE, TARGET, Theme, icon
-from app.panels.panel import GRID, PLAIN_CHOICE, Panel, plain_number
+from app.panels.panel import GRID, Choice, Panel, plain_number
 from app.session import Session
 from engine import EditOptions
 
@@ -67,11 +66,11 @@ class EditPanel(Panel):
         self.polish.setSpecialValueText("off")
         self.polish.setSuffix(" rounds")
         self.polish.setToolTip("As-rigid-as-possible rounds: less stretch at large bends")
-        self.rim = QComboBox(self)
+        self.rim = Choice(self)
         self.rim.addItem("Smooth", "smooth")
         self.rim.addItem("As in the paper", "paper")
         self.rim.setToolTip("How the base shape meets the part that stays")
-        self.symmetry = QComboBox(self)
+        self.symmetry = Choice(self)
         for words, which in SYMMETRIES:
             self.symmetry.addItem(words, which)
         self.symmetry.setToolTip("Region and curves get a twin on the other side of this plane")
@@ -103,8 +102,6 @@ class EditPanel(Panel):
             widget.setAccessibleName(label)
             if isinstance(widget, QAbstractSpinBox):
                 plain_number(widget)
-            else:
-                widget.setStyleSheet(PLAIN_CHOICE)
             grid.addWidget(QLabel(label, self), row, 0)
             grid.addWidget(widget, row, 1)
         grid.setColumnStretch(1, 1)

@@ -9,7 +9,6 @@ from typing import Any
 
 from PySide6.QtWidgets import (
     QCheckBox,
-    QComboBox,
     QDoubleSpinBox,
     QHBoxLayout,
     QLabel,
@@ -18,7 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.panels.panel import GRID, plain_number
+from app.panels.panel import GRID, Choice, plain_number
 
 
 class OptionsRow(QWidget):
@@ -55,7 +54,7 @@ class OptionsRow(QWidget):
             box.toggled.connect(lambda on: self._set(one.name, on))
             return box
         if typing.get_origin(kind) is typing.Literal:
-            choice = QComboBox(self)
+            choice = Choice(self)
             for item in typing.get_args(kind):
                 choice.addItem(str(item).replace("_", " ").capitalize(), item)
             choice.setCurrentIndex(choice.findData(value))

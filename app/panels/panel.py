@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QSettings, Qt
+from PySide6.QtCore import QEvent, QObject, QPointF, QSettings, Qt
+from PySide6.QtGui import QKeyEvent, QPainter, QPaintEvent, QPalette, QPen, QPolygonF
 from PySide6.QtWidgets import (
     QAbstractSpinBox,
+    QComboBox,
+    QDoubleSpinBox,
     QHBoxLayout,
     QLabel,
+    QSpinBox,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -22,7 +26,11 @@ _NUMBER = (
     "QAbstractSpinBox::up-arrow, QAbstractSpinBox::down-arrow { width: 0px; height: 0px; }"
     "QLineEdit { border: none; background: transparent; padding: 0px; min-height: 0px; }"
 )
-PLAIN_CHOICE = "QComboBox::drop-down { border: none; background: transparent; width: 24px; }"
+_CHOICE = (
+    "QComboBox::drop-down { border: none; background: transparent; width: 24px; }"
+    "QComboBox::down-arrow { image: none; }"
+    "QComboBox { padding-right: 20px; }"
+)
 
 
 class Panel(QWidget):
@@ -83,9 +91,50 @@ class Panel(QWidget):
             self._head.setIcon(icon(name, self._theme, self._theme.faint))
 
 
+class Choice(QComboBox):
+    """A choice with a quiet chevron instead of the style's button."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setStyleSheet(_CHOICE)
+        self.setMinimumHeight(32)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the chevron over the plain field, in the colour of its text."""
+        super().paintEvent(event)
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        group = QPalette.ColorGroup.Active if self.isEnabled() else QPalette.ColorGroup.Disabled
+        painter.setPen(QPen(self.palette().color(group, QPalette.ColorRole.Text), 1.4))
+        middle = QPointF(self.width() - 14.0, self.height() / 2 + 0.5)
+        corners = (QPointF(-4.0, -2.0), QPointF(0.0, 2.0), QPointF(4.0, -2.0))
+        painter.drawPolyline(QPolygonF([middle + one for one in corners]))
+        painter.end()
+
+
+class _TakesEnter(QObject):
+    """Enter takes a number that was typed; only after that is it the window's again."""
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Keep Enter from the shortcuts while the text is not the value yet."""
+        if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
+            enter = event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter)
+            if enter and isinstance(watched, QSpinBox | QDoubleSpinBox) and _typed(watched):
+                event.accept()
+                return True
+        return False
+
+
+def _typed(box: QSpinBox | QDoubleSpinBox) -> bool:
+    shown = box.textFromValue(box.value())  # type: ignore[arg-type]
+    special = box.specialValueText() if box.value() == box.minimum() else ""
+    return box.text() != (special or f"{box.prefix()}{shown}{box.suffix()}")
+
+
 def plain_number(box: QAbstractSpinBox) -> None:
     """Make a number field plain: typing, arrows and wheel, no tiny buttons."""
     box.setStyleSheet(_NUMBER)
     box.setMinimumSize(72, 32)  # not as wide as the largest number it could hold
     box.setKeyboardTracking(False)
     box.lineEdit().setTextMargins(8, 0, 8, 0)
+    box.installEventFilter(_TakesEnter(box))

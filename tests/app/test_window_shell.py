@@ -380,7 +380,8 @@ def test_obj_files_stand_along_y_and_u_turns_them(
 def test_a_picture_is_saved_on_nothing(window: Window, qtbot, tmp_path: Path) -> None:
     from PySide6.QtGui import QImage
 
-    window.save_picture(tmp_path / "form.png")
+    size = (2 * window.viewport.width(), 2 * window.viewport.height())
+    window.save_picture(tmp_path / "form.png", size)
     image = QImage(str(tmp_path / "form.png"))
     assert image.width() == 2 * window.viewport.width()
     assert image.pixelColor(2, 2).alpha() == 0

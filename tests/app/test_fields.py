@@ -1,0 +1,37 @@
+"""Fields and choices: Enter takes a number that was typed before it applies anything."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QDoubleSpinBox
+
+from app.window import Window
+from tests.app.driving import Mouse, circle, settled
+
+
+def test_enter_takes_a_number_and_then_applies(window: Window, qtbot) -> None:
+    session = window.session
+    Mouse().stroke(window, circle(window.viewport, 0, 0, 0.2))
+    qtbot.waitUntil(settled(window), timeout=30_000)
+    window.toolhost.choose("smooth")
+    qtbot.waitUntil(settled(window), timeout=30_000)
+    field = window.strip.findChild(QDoubleSpinBox, "option amount")
+    field.setFocus()
+    field.selectAll()
+    qtbot.keyClicks(field, "1")
+    qtbot.keyClick(field, Qt.Key.Key_Return)
+    assert window.toolhost.options_of("smooth").amount == 1.0
+    assert not session.document.recipe.steps
+    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.keyClick(field, Qt.Key.Key_Return)
+    qtbot.waitUntil(lambda: len(session.document.recipe.steps) == 1, timeout=30_000)
+    assert session.document.recipe.steps[0].amount == 1.0
+
+
+def test_the_circle_of_a_tool_goes_with_it(window: Window, qtbot) -> None:
+    view = window.viewport
+    qtbot.keyClick(view, Qt.Key.Key_P)
+    Mouse().send(view, "move", (200, 200), Qt.KeyboardModifier.NoModifier)
+    assert view.overlay._brush is not None
+    qtbot.keyClick(view, Qt.Key.Key_L)
+    assert view.overlay._brush is None
