@@ -1,7 +1,7 @@
 """Takes the pictures of the README and the guide: `python -m tests.pictures` (`make pictures`).
 
-Each scene runs in a process of its own, for scale and theme are chosen before the window is made.
-The pictures that the README shows (scale 1, light) go to resources/pictures, made smaller; all
+Each look runs in a process of its own, for scale and theme are chosen before the first window is
+made. The pictures that the pages show (scale 1, light) go to resources/pictures, made smaller; all
 others, for people to look at, to pictures-out.
 """
 
@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import traceback
 from pathlib import Path
 
 from tests.pictures.scenes import SCENES
@@ -32,33 +33,29 @@ def main() -> int:
     parser.add_argument("--all", action="store_true", help="also dark, and at twice the size")
     parser.add_argument("--one", nargs=2, metavar=("THEME", "FOLDER"), help=argparse.SUPPRESS)
     given = parser.parse_args()
+    scenes = given.scenes or list(SCENES)
     if given.one:
-        return take(given.scenes[0], given.one[0], Path(given.one[1]))
+        failed = [scene for scene in scenes if take(scene, given.one[0], Path(given.one[1]))]
+        if failed:
+            print("failed:", ", ".join(failed), file=sys.stderr)
+        return 1 if failed else 0
     looks = [("light", "1")]
     if given.all:
         looks += [("dark", "1"), ("light", "2"), ("dark", "2")]
-    failed = []
-    for scene in given.scenes or list(SCENES):
-        for theme, scale in looks:
-            shown = (theme, scale) == looks[0]
-            folder = SHOWN if shown else LOOKED_AT / f"{theme}-{scale}x"
-            folder.mkdir(parents=True, exist_ok=True)
-            command = [sys.executable, "-m", "tests.pictures", scene]
-            environment = {**os.environ, "QT_SCALE_FACTOR": scale}
-            done = subprocess.run(
-                [*command, "--one", theme, str(folder)], env=environment, cwd=ROOT, check=False
-            )
-            if done.returncode:
-                failed.append(f"{scene} ({theme}, {scale}x)")
+    failures = 0
+    for theme, scale in looks:
+        folder = SHOWN if (theme, scale) == looks[0] else LOOKED_AT / f"{theme}-{scale}x"
+        folder.mkdir(parents=True, exist_ok=True)
+        command = [sys.executable, "-m", "tests.pictures", *scenes, "--one", theme, str(folder)]
+        environment = {**os.environ, "QT_SCALE_FACTOR": scale}
+        failures += subprocess.run(command, env=environment, cwd=ROOT, check=False).returncode
     if not given.scenes:
         figures()
-    if failed:
-        print("failed:", ", ".join(failed), file=sys.stderr)
-    return 1 if failed else 0
+    return 1 if failures else 0
 
 
 def take(scene: str, theme: str, folder: Path) -> int:
-    """Run one scene in this process."""
+    """Run one scene in this process; return 1 if it failed or kept other pictures than it tells."""
     from PySide6.QtCore import QSettings
 
     with tempfile.TemporaryDirectory() as place:
@@ -70,8 +67,7 @@ def take(scene: str, theme: str, folder: Path) -> int:
         from app.window import Window, application
         from tests.pictures.studio import Stage
 
-        app = application()
-        window = Window(Appearance(app, theme))
+        window = Window(Appearance(application(), theme))
         window.resize(*SIZE)
         window.show()
         window.move(0, 0)
@@ -79,7 +75,10 @@ def take(scene: str, theme: str, folder: Path) -> int:
         stage = Stage(window, folder, shrink if folder == SHOWN else None)
         stage.wait(0.5)
         started = time.monotonic()
-        SCENES[scene].take(stage)
+        try:
+            SCENES[scene].take(stage)
+        except Exception:  # noqa: BLE001 (the other scenes are taken all the same)
+            traceback.print_exc()
         missing = set(SCENES[scene].pictures) ^ set(stage.kept)
         window.close()
         stage.wait(0.3)

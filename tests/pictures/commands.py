@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from tests.pictures.region import GRIP, shares
+from tests.pictures.region import GRIP
 from tests.pictures.studio import Stage
 
 CTRL = Qt.KeyboardModifier.ControlModifier
@@ -16,7 +16,7 @@ def commands(stage: Stage) -> None:
     """The drill, and what lies over it."""
     window = stage.window
     stage.open("drill")
-    stage.stroke(shares(stage, GRIP, closed=True))
+    stage.stroke(stage.shares(GRIP, closed=True))
     stage.rest()
     stage.press(Qt.Key.Key_P, CTRL | SHIFT)
     stage.until(window.palette_box.isVisible)

@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt
 
 from engine import Mesh, load
 from resources import sample_path
-from tests.pictures.region import RIBS, flank
+from tests.pictures.region import RIBS
 from tests.pictures.studio import Stage
 
 
@@ -20,7 +20,7 @@ def faulty(mesh: Mesh, path: Path) -> None:
     scrap = top + np.array([[5.0, 0, 5], [9, 0, 5], [5, 4, 5]])
     vertices = np.concatenate([mesh.vertices, scrap])
     faces = np.concatenate([mesh.faces, mesh.faces[:40], [[7, 7, 8]], [mesh.n + np.arange(3)]])
-    lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in vertices]
+    lines = [f"v {x:.6f} {z:.6f} {-y:.6f}" for x, y, z in vertices]  # y is up in OBJ files
     lines += [f"f {a} {b} {c}" for a, b, c in faces + 1]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
@@ -36,7 +36,7 @@ def files(stage: Stage) -> None:
         stage.keep("files-report")
         stage.click(window.plate.buttons["Good"])
         stage.open("tank")
-        stage.stroke(flank(stage, RIBS, closed=True))
+        stage.stroke(stage.shares(RIBS, closed=True))
         stage.rest()
         stage.click(window.rail.buttons["inflate"])
         stage.rest()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import Qt
 
-from tests.pictures.region import GRIP, shares
+from tests.pictures.region import GRIP
 from tests.pictures.studio import Stage
 
 
@@ -12,7 +12,7 @@ def level(stage: Stage) -> None:
     """The grip of the drill at several levels."""
     panel = stage.window.level
     stage.open("drill")
-    stage.stroke(shares(stage, GRIP, closed=True))
+    stage.stroke(stage.shares(GRIP, closed=True))
     stage.modes(200)
     stage.press(Qt.Key.Key_F)
     stage.rest()
@@ -21,7 +21,7 @@ def level(stage: Stage) -> None:
     stage.rest()
     stage.keep("level-panel")
     stage.press(Qt.Key.Key_E)
-    stage.stroke(shares(stage, [(0.5, 0.5), (0.501, 0.5)])[[0, -1]])
+    stage.stroke(stage.shares([(0.5, 0.5), (0.501, 0.5)])[[0, -1]])
     stage.rest()
     stage.keep("level-feature")
     stage.click(panel.modes_button)

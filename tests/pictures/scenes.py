@@ -37,6 +37,7 @@ SCENES: dict[str, Scene] = {
     "level": Scene(level.level, ("level-panel", "level-feature", "level-modes")),
     "pen": Scene(sketching.pen, ("sketch-source", "sketch-drag")),
     "several": Scene(sketching.several, ("sketch-several",)),
+    "trace": Scene(sketching.trace, ("sketch-trace",)),
     "closed": Scene(sketching.closed, ("sketch-closed",)),
     "seeing": Scene(
         seeing.seeing,
@@ -48,9 +49,10 @@ SCENES: dict[str, Scene] = {
             "see-zebra",
             "see-reflection",
             "see-wireframe",
+            "see-measure",
         ),
     ),
-    "variants": Scene(variants.variants, ("variants-tree", "variants-compare")),
+    "variants": Scene(variants.variants, ("variants-tree", "variants-compare", "variants-morph")),
     "tools": Scene(
         tools.tools,
         (

@@ -5,8 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from app.draw_examples import through_points
-from tests.pictures.region import RIBS, flank
+from tests.pictures.region import RIB, RIBS
 from tests.pictures.studio import Stage
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier
@@ -15,14 +14,13 @@ SHIFT = Qt.KeyboardModifier.ShiftModifier
 def edited_tank(stage: Stage) -> None:
     """Open the tank and pull one flank out."""
     stage.open("tank")
-    stage.stroke(flank(stage, RIBS, closed=True))
+    stage.stroke(stage.shares(RIBS, closed=True))
     stage.rest()
-    stage.stroke(flank(stage, [(-150, 112), (-80, 100), (0, 76), (50, 68)]))
+    stage.stroke(stage.shares(RIB))
     stage.rest()
     stage.press(Qt.Key.Key_7)
     stage.rest()
-    line = [(-150, -62, 110), (-110, -85, 105), (-50, -122, 95), (10, -118, 78), (50, -102, 68)]
-    stage.stroke(through_points(stage.seen(line)))
+    stage.stroke(stage.bulged(0, 40))
     stage.rest()
     steps = len(stage.window.session.document.recipe.steps)
     stage.press(Qt.Key.Key_Return)
@@ -60,3 +58,8 @@ def seeing(stage: Stage) -> None:
     stage.click(view.cube)
     stage.rest()
     stage.keep_canvas("see-wireframe")
+    stage.press(Qt.Key.Key_W)
+    stage.press(Qt.Key.Key_M)
+    stage.stroke(stage.shares([(0.1, 0.55), (0.3, 0.45), (0.62, 0.27)]))
+    stage.rest()
+    stage.keep_canvas("see-measure")

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
-from PySide6.QtCore import Qt
+import tempfile
+from pathlib import Path
 
-from app.draw_examples import through_points
+import numpy as np
+from PySide6.QtCore import QPointF, Qt
+from PySide6.QtGui import QColor, QImage, QPainter, QPen, QPolygonF
+
 from tests.app.driving import Pen, bow, circle
-from tests.pictures.region import RIBS, flank
+from tests.pictures.region import RIB, RIBS
 from tests.pictures.studio import Stage
 
 
@@ -17,22 +20,21 @@ def pen(stage: Stage) -> None:
     view = window.viewport
     stage.open("tank")
     hand = Pen()
-    stage.stroke(flank(stage, RIBS, closed=True), hand=hand)
+    stage.stroke(stage.shares(RIBS, closed=True), hand=hand)
     stage.rest()
     stage.click(stage.option("weights"))
-    source = flank(stage, [(-150, 112), (-80, 100), (0, 76), (50, 68)])
+    source = stage.shares(RIB)
     stage.stroke(source, release=False, hand=hand)
     stage.keep("sketch-source")
     hand.send(view, "release", source[-1], Qt.KeyboardModifier.NoModifier)
     stage.rest()
     stage.press(Qt.Key.Key_7)
     stage.rest()
-    line = [(-150, -62, 110), (-110, -75, 105), (-50, -105, 95), (10, -104, 78), (50, -98, 68)]
-    stage.stroke(through_points(stage.seen(line)), hand=hand)
+    stage.stroke(stage.bulged(0, 30), hand=hand)
     stage.rest()
     stroke = window.session.document.draft.strokes[0]
     held = stroke.target[len(stroke.target) // 2]
-    drag = held + np.linspace(0, 1, 8)[:, None] * (10.0, 46.0)
+    drag = held + np.linspace(0, 1, 8)[:, None] * (8.0, 34.0)
     stage.stroke(drag, release=False, hand=hand)
     stage.rest()
     stage.keep("sketch-drag")
@@ -91,3 +93,46 @@ def closed(stage: Stage) -> None:
     stage.stroke(ring(42, 30, 52))
     stage.rest()
     stage.keep("sketch-closed")
+
+
+def outline(stage: Stage, swell: float) -> QImage:
+    """Return a pencil sketch of the vase as it is seen, its belly wider by `swell` of its size."""
+    view = stage.window.viewport
+    seen = stage.seen(stage.window.session.document.mesh.vertices)
+    middle = (seen[:, 0].min() + seen[:, 0].max()) / 2
+    rows = np.linspace(seen[:, 1].min() + 1, seen[:, 1].max() - 1, 60)
+    wide = np.array([np.abs(seen[np.abs(seen[:, 1] - y) < 5, 0] - middle).max() for y in rows])
+    wide *= 1 + swell * np.sin(np.pi * np.linspace(0, 1, len(rows))) ** 6
+    image = QImage(view.width(), view.height(), QImage.Format.Format_RGB32)
+    image.fill(QColor("#f6f1e4"))
+    painter = QPainter(image)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setPen(QPen(QColor("#3c4250"), 2.0))
+    for side in (-1, 1):
+        points = np.column_stack([middle + side * wide, rows])
+        painter.drawPolyline(QPolygonF([QPointF(*one) for one in points]))
+    for row in (0, -1):
+        painter.drawEllipse(QPointF(middle, rows[row]), wide[row], 4.0)
+    painter.end()
+    return image
+
+
+def trace(stage: Stage) -> None:
+    """A sketch lies over the vase to be traced."""
+    window = stage.window
+    view = window.viewport
+    stage.open("vase")
+    stage.press(Qt.Key.Key_1)
+    stage.rest()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "sketch.png"
+        outline(stage, 0.28).save(str(path))
+        window.trace(path)
+    stage.stroke(circle(view, 0.06, 0.03, 0.2))
+    stage.rest()
+    stage.stroke(bow(view, (0.14, -0.08), (0.14, 0.14)))
+    stage.rest()
+    stage.stroke(bow(view, (0.16, -0.1), (0.16, 0.15), sag=-0.3), release=False)
+    stage.rest()
+    stage.keep("sketch-trace")
+    stage.let_go(bow(view, (0.16, -0.1), (0.16, 0.15))[-1])

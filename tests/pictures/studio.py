@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,9 @@ from PySide6.QtGui import QMouseEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QWidget
 
+from app.draw_examples import through_points
 from app.window import Window
+from engine import source_curve
 from resources import sample_path
 from tests.app.driving import NONE, Mouse, settled
 
@@ -162,6 +164,24 @@ class Stage:
     def seen(self, points: ArrayLike) -> NDArray[np.float64]:
         """Return where points (p, 3) of space are seen, (p, 2) px."""
         return np.asarray(self.window.viewport.view().project(np.asarray(points, float)))
+
+    def shares(
+        self, points: Sequence[tuple[float, float]], closed: bool = False
+    ) -> NDArray[np.float64]:
+        """Return a smooth path through points given as shares of the canvas, px."""
+        view = self.window.viewport
+        return through_points(np.array(points) * (view.width(), view.height()), closed)
+
+    def bulged(self, dx: float, dy: float) -> NDArray[np.float64]:
+        """Return the waiting source as it is seen now, moved by (dx, dy) px in its middle."""
+        session = self.window.session
+        assert session.document is not None
+        assert session.shown is not None
+        source = session.document.draft.source
+        assert source is not None
+        path = self.seen(source_curve(session.shown.vertices[source.anchors], source.closed))
+        swell = np.sin(np.linspace(0, np.pi, len(path)))[:, None] ** 2
+        return np.asarray(path + swell * (dx, dy))
 
     # ---- waiting
 

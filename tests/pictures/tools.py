@@ -7,7 +7,7 @@ from PySide6.QtCore import Qt
 
 from tests.app.driving import circle
 from tests.pictures.first_edit import BELLY, circled
-from tests.pictures.region import RIBS, flank, shares
+from tests.pictures.region import RIBS
 from tests.pictures.studio import Stage
 
 
@@ -20,8 +20,15 @@ def tools(stage: Stage) -> None:
         stage.click(stage.window.rail.buttons[name])
         for option, value in options.items():
             stage.type(stage.option(option), value)
-            stage.press_in(stage.option(option), Qt.Key.Key_Return)
+            stage.press_in(stage.option(option), Qt.Key.Key_Tab)
         assert host.active is host.tools[name]
+        stage.rest()
+
+    def enter() -> None:
+        session = stage.window.session
+        steps = len(session.document.recipe.steps)
+        stage.press(Qt.Key.Key_Return)
+        stage.until(lambda: len(session.document.recipe.steps) > steps)
         stage.rest()
 
     stage.open("vase")
@@ -33,32 +40,35 @@ def tools(stage: Stage) -> None:
     stage.keep_canvas("tool-equaliser")
 
     stage.open("tank")
-    stage.stroke(flank(stage, RIBS, closed=True))
+    stage.stroke(stage.shares(RIBS, closed=True))
     stage.rest()
-    take("inflate", distance="18")
+    take("inflate", distance="24")
     stage.keep_canvas("tool-inflate")
+    enter()
+    stage.press(Qt.Key.Key_Escape)
+    stage.press(Qt.Key.Key_7)
+    stage.rest()
+    take("symmetrise")
+    stage.press_in(stage.option("keep"), Qt.Key.Key_Down)
+    stage.rest()
+    stage.keep_canvas("tool-symmetrise")
 
     stage.open("drill")
-    stage.stroke(shares(stage, [(0.2, 0.13), (0.55, 0.13), (0.55, 0.4), (0.19, 0.36)], closed=True))
+    stage.stroke(stage.shares([(0.2, 0.13), (0.55, 0.13), (0.55, 0.4), (0.19, 0.36)], closed=True))
     stage.rest()
-    take("handle", radius="40")
+    take("handle", radius="48")
     hold = np.array([[0.33, 0.22]]) * (view.width(), view.height())
-    drag = hold + np.linspace(0, 1, 8)[:, None] * (-26.0, -70.0)
+    drag = hold + np.linspace(0, 1, 8)[:, None] * (-10.0, -40.0)
     stage.stroke(drag, release=False)
     stage.rest()
     stage.keep_canvas("tool-handle")
     stage.let_go(drag[-1])
-    take("symmetrise")
-    stage.keep_canvas("tool-symmetrise")
 
     stage.open("plate")
-    stage.stroke(circle(view, 0.05, 0.0, 0.13))
+    stage.stroke(circle(view, 0.05, 0.0, 0.1))
     stage.rest()
     stage.press(Qt.Key.Key_W)
     stage.press(Qt.Key.Key_F)
-    steps = len(stage.window.session.document.recipe.steps)
-    take("remesh")
-    stage.press(Qt.Key.Key_Return)
-    stage.until(lambda: len(stage.window.session.document.recipe.steps) > steps)
-    stage.rest()
+    take("remesh", density="0.5")
+    enter()
     stage.keep_canvas("tool-remesh")

@@ -47,3 +47,10 @@ def variants(stage: Stage) -> None:
     stage.turn(40, 10)
     stage.rest()
     stage.keep("variants-compare")
+    slider = window.compare.morph.form
+    slider.setFocus()
+    for _ in range(6):
+        stage.press_in(slider, Qt.Key.Key_PageUp)
+    stage.rest()
+    stage.wait(0.5)
+    stage.keep("variants-morph")
