@@ -294,8 +294,8 @@ class ToolHost(QObject):
         document, tool = self._session.document, self.active
         if document is None or tool is None or self._session.applying:
             return False
-        if self._gesture is not None:
-            return tool.waits
+        if self._gesture is not None and tool.waits:
+            return True
         own = type(tool).enter is not Tool.enter
         return document.draft.edit() is not None or (own and self.available(self._active))
 

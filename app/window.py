@@ -180,6 +180,7 @@ class Window(QMainWindow):
         session.heavy.connect(self._ask_heavy)
         session.busy_changed.connect(self.refresh)
         host.tool_changed.connect(self.refresh)
+        host.gesture_changed.connect(self.refresh)
         host.said.connect(self.hint.set_said)
         self.viewport.pointer.connect(host.pointer)
         self.viewport.cancelled.connect(host.cancel)

@@ -87,9 +87,12 @@ Role = Literal["region", "rim", "source", "target", "pin", "guide"]
 
 @dataclass(frozen=True)
 class Pointer:
-    """One event of mouse, pen or touchpad, in logical pixels from the top left corner."""
+    """One event of mouse, pen or touchpad, in logical pixels from the top left corner.
 
-    kind: Literal["press", "move", "release", "hover"]
+    The kind "enter" is the Enter key; only gestures of tools that wait for it get it.
+    """
+
+    kind: Literal["press", "move", "release", "hover", "enter"]
     x: float
     y: float
     pressure: float = 1.0
@@ -99,6 +102,7 @@ class Pointer:
     ctrl: bool = False
     alt: bool = False
     time: float = 0.0
+    double: bool = False
 
     @property
     def xy(self) -> tuple[float, float]:
@@ -219,6 +223,7 @@ class Tool:
     live : whether what `enter` returns is previewed as the person sets the options.
     repeats : whether the tool stays in hand after a gesture; if not, the flow goes on with the
         tool that `claims` the new document.
+    waits : whether a gesture may go on after the release, for further presses, until Enter.
     Options : a frozen dataclass of plain fields (bool, int, float, str, Literal); field metadata
         may give "label", "tip", "min", "max", "step", "unit". The window makes the controls.
     """
@@ -233,6 +238,7 @@ class Tool:
     navigates: ClassVar[bool] = False
     live: ClassVar[bool] = False
     repeats: ClassVar[bool] = True
+    waits: ClassVar[bool] = False
     Options: ClassVar[type] = NoOptions
 
     def available(self, document: Document) -> bool:

@@ -2,12 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from plugins.api import I64, Context, Document, EngineError, Gesture, Pointer, Tool
+from plugins.api import (
+    F64,
+    I64,
+    Context,
+    Document,
+    EngineError,
+    Gesture,
+    Pointer,
+    Tool,
+    tidy_stroke,
+)
+from plugins.grasp import GRAB, falloff
 
+DOUBLE_SECONDS, DOUBLE_PX = 0.4, 6.0
+STEP = 4.0  # px between the points of a lasso that is adjusted
+REACH = 0.12  # share of the lasso that follows on either side when it is dragged
 SHORTEST = 12.0  # px: a shorter path is a slip of the hand, not a lasso
 
 
@@ -18,6 +33,13 @@ class LassoOptions:
     through: bool = field(
         default=False,
         metadata={"label": "Through", "tip": "Take hidden vertices behind the surface as well"},
+    )
+    adjust: bool = field(
+        default=False,
+        metadata={
+            "label": "Adjust first",
+            "tip": "The lasso stays and can be dragged into shape until Enter or a double click",
+        },
     )
 
 
@@ -32,6 +54,7 @@ class Lasso(Tool):
     label = "Region"
     order = 10
     repeats = False
+    waits = True
     Options = LassoOptions
 
     def claims(self, document: Document) -> bool:
@@ -47,18 +70,88 @@ class Lasso(Tool):
     def gesture(self, context: Context, pointer: Pointer) -> Gesture:
         """Follow the lasso and combine what it caught with the region."""
         first = pointer
-        path = [pointer.xy]
-        while pointer.kind != "release":
-            pointer = yield
-            path.append(pointer.xy)
-            context.draw(np.array(path), "region", closed=True)
-        polygon = np.array(path)
-        if np.ptp(polygon, axis=0).max() < SHORTEST:
+        polygon = yield from _drawn(context, pointer)
+        if _extent(polygon) < SHORTEST:
             return None
+        if context.options.adjust:
+            first, polygon = yield from _adjusted(context, first, polygon)
         caught = context.vertices_inside(polygon, context.options.through)
         document = context.document
         roi = combined(document.draft.roi, caught, first)
         return document.with_draft(document.draft.with_roi(roi))
+
+
+def _drawn(context: Context, pointer: Pointer) -> Generator[None, Pointer, F64]:
+    """Follow a lasso to its end; return its path (p, 2) px."""
+    path = [pointer.xy]
+    while pointer.kind != "release":
+        pointer = yield
+        path.append(pointer.xy)
+        context.draw(np.array(path), "region", closed=True)
+    return np.array(path)
+
+
+def _adjusted(
+    context: Context, first: Pointer, polygon: F64
+) -> Generator[None, Pointer, tuple[Pointer, F64]]:
+    """Let the lasso be dragged, or drawn again, until Enter or a double click.
+
+    Returns the press that the lasso in force was begun with, and the lasso (p, 2) px.
+    """
+    polygon = tidy_stroke(polygon, STEP)
+    before: Pointer | None = None
+    while True:
+        context.draw(polygon, "region", closed=True)
+        _show_caught(context, first, polygon)
+        context.say("Drag the lasso into shape; Enter or a double click takes it, Esc drops it")
+        pointer = yield
+        if pointer.kind == "enter":
+            return first, polygon
+        if pointer.kind != "press":
+            continue
+        if before is not None and _is_double(before, pointer):
+            return first, polygon
+        before = pointer
+        away = np.linalg.norm(polygon - np.array(pointer.xy), axis=1)
+        if away.min() <= GRAB:
+            polygon = yield from _dragged(context, pointer, polygon, int(away.argmin()))
+        else:
+            path = yield from _drawn(context, pointer)
+            if _extent(path) >= SHORTEST:
+                first, polygon = pointer, tidy_stroke(path, STEP)
+
+
+def _dragged(
+    context: Context, pointer: Pointer, polygon: F64, which: int
+) -> Generator[None, Pointer, F64]:
+    """Drag a part of the lasso; its neighbours follow smoothly."""
+    grasp = np.array(pointer.xy)
+    share = falloff(polygon, which, REACH, True)[:, None]
+    moved = polygon
+    while pointer.kind != "release":
+        pointer = yield
+        moved = polygon + share * (np.array(pointer.xy) - grasp)
+        context.draw(moved, "region", closed=True)
+    return moved
+
+
+def _show_caught(context: Context, first: Pointer, polygon: F64) -> None:
+    """Tint what the lasso would take as it is."""
+    roi = context.document.draft.roi
+    caught = context.vertices_inside(polygon, context.options.through)
+    context.mark(combined(roi, caught, first) if len(caught) else roi)
+
+
+def _is_double(before: Pointer, pointer: Pointer) -> bool:
+    """Whether a press is the second of a double click; for pens nobody else says it."""
+    apart = np.hypot(pointer.x - before.x, pointer.y - before.y)
+    soon = pointer.time - before.time <= DOUBLE_SECONDS and apart <= DOUBLE_PX
+    return bool(pointer.double or soon)
+
+
+def _extent(path: F64) -> float:
+    """Longer side of the path's bounding box in px."""
+    return float(np.ptp(path, axis=0).max())
 
 
 def combined(roi: I64 | None, caught: I64, first: Pointer) -> I64 | None:

@@ -24,12 +24,12 @@ from plugins.api import (
     tidy_stroke,
     trace_anchors,
 )
+from plugins.grasp import GRAB, falloff, lengths
 
 SHORTEST = 12.0  # px: a shorter path is a slip of the hand, not a curve
 CLOSES = 16.0  # px: a curve whose ends come this near, after a long way, is a closed one
 COVERED = 0.95  # of the triangles under a source: below it the person is told
 SNAPS = 24.0  # px: an outline this near draws a stroke onto itself
-GRAB = 14.0  # px: a press this near to the target takes hold of it
 
 
 STABILISER = {
@@ -211,7 +211,7 @@ class TargetTool(Tool):
         """Drag a part of a target; its neighbours along the curve follow smoothly."""
         strokes = context.document.draft.strokes
         grasp = np.array(pointer.xy)
-        share = _falloff(curve, anchor, context.options.reach, strokes[which].closed)
+        share = falloff(curve, anchor, context.options.reach, strokes[which].closed)
         context.say("Let go where the curve should be")
         document: Document | None = None
         while pointer.kind != "release":
@@ -262,7 +262,7 @@ def _on_outline(context: Context, path: F64, roi: I64, closed: bool) -> I64 | No
 def _is_closed(path: F64) -> bool:
     """Whether a path (p, 2) comes back to its start."""
     gap = float(np.linalg.norm(path[-1] - path[0]))
-    return gap <= CLOSES and _lengths(path)[-1] > 8 * CLOSES
+    return gap <= CLOSES and lengths(path)[-1] > 8 * CLOSES
 
 
 def _weights(seen: F64, path: F64, pressures: F64) -> F64:
@@ -294,12 +294,6 @@ def _with_strokes(document: Document, strokes: tuple[Stroke, ...]) -> Document:
     return document.with_draft(replace(document.draft, source=None, strokes=strokes))
 
 
-def _lengths(curve: F64) -> F64:
-    """Arc length from the first point to each point of a curve (c, 2), (c,) px."""
-    steps = np.linalg.norm(np.diff(curve, axis=0), axis=1)
-    return np.concatenate([[0.0], np.cumsum(steps)])
-
-
 def _carried(start: F64, drawn: F64) -> F64:
     """Return a target for a stroke that is still being drawn, (c, 2) px.
 
@@ -308,26 +302,14 @@ def _carried(start: F64, drawn: F64) -> F64:
     """
     forward = np.linalg.norm(start[0] - drawn[0]) <= np.linalg.norm(start[-1] - drawn[0])
     source = start if forward else start[::-1]
-    s = _lengths(source)
-    t = _lengths(drawn)
+    s = lengths(source)
+    t = lengths(drawn)
     reached = s <= t[-1]
     last = int(np.flatnonzero(reached)[-1])
     target = source + (drawn[-1] - source[last])
     for axis in (0, 1):
         target[reached, axis] = np.interp(s[reached], t, drawn[:, axis])
     return target if forward else np.ascontiguousarray(target[::-1])
-
-
-def _falloff(curve: F64, anchor: int, reach: float, closed: bool) -> F64:
-    """Share (c,) of a drag that each anchor takes: 1 at the grasp, falling to 0 at `reach`."""
-    s = _lengths(curve)
-    length = s[-1]
-    away = np.abs(s - s[anchor])
-    if closed:
-        length = length + float(np.linalg.norm(curve[-1] - curve[0]))
-        away = np.minimum(away, length - away)
-    fraction = np.clip(away / max(reach * length, 1e-9), 0.0, 1.0)
-    return np.asarray((1.0 - fraction**2) ** 2)
 
 
 def _held(context: Context, pointer: Pointer) -> tuple[int, int, F64] | None:

@@ -334,6 +334,7 @@ class Hands(QObject):
                 ctrl=bool(modifiers & _Mod.ControlModifier),
                 alt=bool(modifiers & _Mod.AltModifier),
                 time=event.timestamp() / 1000.0,
+                double=event.type() == _Type.MouseButtonDblClick,
             )
         )
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QCoreApplication, Qt
+from PySide6.QtCore import QCoreApplication, QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QComboBox, QPushButton, QToolButton, QWidget
 
@@ -200,3 +200,52 @@ def option(window: Window, name: str) -> QWidget:
     QCoreApplication.processEvents()
     found = window.strip.findChildren(QWidget, f"option {name}")
     return next(one for one in found if one.isVisible())
+
+
+@pytest.mark.parametrize(("how", "theme"), [("enter", "dark"), ("double click", "light")])
+def test_a_lasso_is_adjusted_before_it_is_taken(
+    make_window, sphere, qtbot, artefacts: Path, how: str, theme: str
+) -> None:
+    window = make_window(sphere, theme)
+    session, view, host = window.session, window.viewport, window.toolhost
+    first = session.document
+    qtbot.mouseClick(option(window, "adjust"), Qt.MouseButton.LeftButton)
+    path = circle(view, 0, 0, 0.15)
+    Mouse().stroke(window, path)
+    assert host.in_gesture
+    assert session.document is first, "nothing is taken yet"
+    assert "Enter" in window.hint.text
+
+    right = path[path[:, 0].argmax()]
+    pull = right + np.linspace(0, 1, 12)[:, None] * [110, 0]
+    Mouse().stroke(window, pull)
+    assert session.document is first
+    qtbot.wait(100)
+    picture(window, artefacts, f"lasso {theme}")
+
+    if how == "enter":
+        qtbot.keyClick(view, Qt.Key.Key_Return)
+    else:
+        qtbot.mouseDClick(view, Qt.MouseButton.LeftButton, pos=QPoint(view.width() // 2, 300))
+    assert not host.in_gesture
+    qtbot.waitUntil(settled(window), timeout=30_000)
+    seen = view.view().project(sphere.vertices[session.document.draft.roi])
+    assert seen[:, 0].max() > right[0] + 80, "what was pulled in is there"
+    assert seen[:, 0].min() > path[:, 0].min() - 1, "the other side is as it was drawn"
+
+
+def test_escape_drops_a_lasso_that_waits(window: Window, qtbot) -> None:
+    first = window.session.document
+    qtbot.mouseClick(option(window, "adjust"), Qt.MouseButton.LeftButton)
+    Mouse().stroke(window, circle(window.viewport, 0, 0, 0.15))
+    assert window.toolhost.in_gesture
+    qtbot.keyClick(window.viewport, Qt.Key.Key_Escape)
+    assert not window.toolhost.in_gesture
+    assert window.session.document is first
+    Mouse().stroke(window, circle(window.viewport, 0, 0, 0.15))
+    Mouse().stroke(window, circle(window.viewport, 0.2, 0.1, 0.08))
+    qtbot.keyClick(window.viewport, Qt.Key.Key_Return)
+    qtbot.waitUntil(settled(window), timeout=30_000)
+    seen = window.viewport.view().project(first.mesh.vertices[window.session.document.draft.roi])
+    size = np.ptp(seen, axis=0) / window.viewport.height()
+    assert (size < 0.17).all(), "the one drawn last counts"
