@@ -30,8 +30,12 @@ QPushButton:disabled {{ color: {faint}; }}
 QLineEdit, QSpinBox, QDoubleSpinBox, QComboBox {{ background: {field}; color: {text};
     border: 1px solid {border}; border-radius: 6px; padding: 2px 8px; min-height: 26px;
     selection-background-color: {accent}; selection-color: {accent_text}; }}
+QCheckBox::indicator:unchecked {{ background: {field}; border: 1px solid {faint};
+    border-radius: 3px; }}
 QLineEdit:focus, QSpinBox:focus, QDoubleSpinBox:focus, QComboBox:focus {{
     border: 1px solid {accent}; }}
+QLineEdit:disabled, QSpinBox:disabled, QDoubleSpinBox:disabled, QComboBox:disabled {{
+    color: {faint}; }}
 QListView, QTreeView, QTableView {{ background: {field}; border: 1px solid {border};
     border-radius: 6px; selection-background-color: {accent};
     selection-color: {accent_text}; }}
