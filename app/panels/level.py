@@ -51,6 +51,16 @@ class LevelPanel(Panel):
         self.feature = _number("", 0.0, 99_999.0, 2, "Smallest feature that is kept")
         self.feature.setSpecialValueText("none")
         self.feature.editingFinished.connect(self._feature_typed)
+        self.feature_slider = QSlider(Qt.Orientation.Horizontal, self)
+        self.feature_slider.setRange(0, TICKS)
+        self.feature_slider.setPageStep(TICKS // 10)
+        self.feature_slider.setSingleStep(TICKS // 100)
+        self.feature_slider.setAccessibleName("Smallest feature, slid")
+        self.feature_slider.setToolTip(
+            "The smallest feature that is kept: to the right down to the finest.\n"
+            "Each part of the way divides the length by the same factor."
+        )
+        self.feature_slider.valueChanged.connect(self._feature_slid)
         self.modes = QLabel(self)
         self.modes.setAccessibleName("Modes")
         figures = QGridLayout()
@@ -60,9 +70,13 @@ class LevelPanel(Panel):
             (
                 ("Level", self.percent),
                 ("Smallest feature", self.feature),
+                ("", self.feature_slider),
                 ("Modes", self.modes),
             )
         ):
+            if not label:
+                figures.addWidget(widget, row, 0, 1, 3)
+                continue
             figures.addWidget(QLabel(label, self), row, 0)
             figures.addWidget(widget, row, 1, 1, 1 if widget is self.modes else 2)
         figures.setColumnStretch(1, 1)
@@ -74,7 +88,7 @@ class LevelPanel(Panel):
         self.modes_button.setToolTip("See the shape of the modes on the form (Fig. 5)")
         self.modes_button.setAccessibleName("See the modes")
         self.modes_button.toggled.connect(self._modes_toggled)
-        figures.addWidget(self.modes_button, 2, 2)
+        figures.addWidget(self.modes_button, 3, 2)
         self._viewer: ModesViewer | None = None
         self._modes_row = QWidget(self)
         self.mode = QSpinBox(self)
@@ -157,7 +171,7 @@ class LevelPanel(Panel):
             self._charts.start()
         document, known = self._session.document, self._session.decomposition
         on = document is not None and document.draft.roi is not None
-        for widget in (self.slider, self.percent, self.feature, self.modes):
+        for widget in (self.slider, self.percent, self.feature, self.feature_slider, self.modes):
             widget.setEnabled(on)
         self.modes_button.setEnabled(on and known is not None and known.k > 0)
         if document is None:
@@ -177,6 +191,10 @@ class LevelPanel(Panel):
             self.feature.setSuffix(f" {unit}")
             size = known.wavelength(k)
             self.feature.setValue(size if math.isfinite(size) else 0.0)
+        # Many places of the slider stand for the same mode: it stays where the person left it.
+        if count_at(known, self.feature_slider.value() / TICKS) != k:
+            with QSignalBlocker(self.feature_slider):
+                self.feature_slider.setValue(round(place_of(known, k) * TICKS))
 
     def _feature_typed(self) -> None:
         known = self._session.decomposition
@@ -184,6 +202,11 @@ class LevelPanel(Panel):
         if known is None or size <= 0 or not self.feature.hasFocus():
             return
         self._session.slide_level(known.level_of(known.mode_count_at(size)))
+
+    def _feature_slid(self, tick: int) -> None:
+        known = self._session.decomposition
+        if known is not None:
+            self._session.slide_level(known.level_of(count_at(known, tick / TICKS)))
 
     def _modes_asked(self, k: int) -> None:
         known = self._session.decomposition
@@ -195,6 +218,31 @@ class LevelPanel(Panel):
         k = 0 if document is None or known is None else known.mode_count(document.draft.level)
         self.histogram.show_level(known, k, "mm" if document is None else document.unit)
         self.curve.show_level(known, k)
+
+
+def count_at(known: Decomposition, place: float) -> int:
+    """Return how many modes a place 0..1 of the smallest feature's slider stands for.
+
+    0 is the base; from there to 1 the length falls from the first mode's to the last one's, by the
+    same factor for the same way.
+    """
+    if place <= 0:
+        return 0
+    if place >= 1:
+        return known.m
+    longest, shortest = known.wavelength(1), known.wavelength(known.m)
+    if not math.isfinite(longest):
+        return 0  # no mode is there yet
+    return known.mode_count_at(longest * (shortest / longest) ** place)
+
+
+def place_of(known: Decomposition, k: int) -> float:
+    """Return the place 0..1 of the smallest feature's slider that stands for k modes."""
+    longest, shortest = known.wavelength(1), known.wavelength(known.m)
+    if k <= 0 or not 0 < shortest < longest < math.inf:
+        return 0.0 if k <= 0 else 1.0
+    place = math.log(longest / known.wavelength(k)) / math.log(longest / shortest)
+    return min(max(place, 1 / TICKS), 1.0)
 
 
 def mode_words(known: Decomposition, k: int) -> str:

@@ -10,6 +10,7 @@ from PySide6.QtCore import QCoreApplication, QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QComboBox, QPushButton, QToolButton, QWidget
 
+from app.panels.level import place_of
 from app.window import Window
 from engine.silhouette import outline_edges
 from tests.app.driving import Mouse, bow, circle, picture, settled
@@ -249,3 +250,35 @@ def test_escape_drops_a_lasso_that_waits(window: Window, qtbot) -> None:
     seen = window.viewport.view().project(first.mesh.vertices[window.session.document.draft.roi])
     size = np.ptp(seen, axis=0) / window.viewport.height()
     assert (size < 0.17).all(), "the one drawn last counts"
+
+
+@pytest.mark.parametrize("theme", ["dark", "light"])
+def test_the_smallest_feature_is_slid(
+    make_window, sphere, qtbot, artefacts: Path, theme: str
+) -> None:
+    window = make_window(sphere, theme)
+    session, slider = window.session, window.level.feature_slider
+    region(window, qtbot, radius=0.25)
+    qtbot.waitUntil(lambda: session.decomposition.complete, timeout=60_000)
+    known = session.decomposition
+    assert slider.value() == 0
+    counts = [0]
+    for _ in range(5):
+        qtbot.keyClick(slider, Qt.Key.Key_PageUp)
+        counts.append(known.mode_count(session.document.draft.level))
+    assert slider.value() == 500, "it stays where it was put"
+    assert counts == sorted(counts)
+    assert 1 < counts[-1] < known.m / 2
+    # Half of the way: the geometric middle between the longest and the shortest.
+    middle = np.sqrt(known.wavelength(1) * known.wavelength(known.m))
+    assert middle <= window.level.feature.value() + 0.01 < 1.5 * middle
+    qtbot.wait(100)
+    picture(window, artefacts, f"feature {theme}")
+
+    window.level.slider.setValue(0)
+    assert slider.value() == 0, "it follows the level"
+    qtbot.keyClick(slider, Qt.Key.Key_End)
+    assert session.document.draft.level == 1.0
+    window.level.percent.setValue(60.0)
+    k = known.mode_count(session.document.draft.level)
+    assert abs(slider.value() / 1000 - place_of(known, k)) < 0.002
