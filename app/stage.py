@@ -203,6 +203,18 @@ def _differs(a: F64, b: F64) -> B1:
     return np.asarray((a[:, 0] != b[:, 0]) | (a[:, 1] != b[:, 1]) | (a[:, 2] != b[:, 2]))
 
 
+def _levelled(values: F64, closed: bool) -> F64:
+    """Return values (c, p) along a curve without what changes from one point to the next."""
+    reach = min(6, (len(values) - 1) // 2)
+    if reach < 1:
+        return values
+    weights = np.hanning(2 * reach + 3)[1:-1]
+    around = {"mode": "wrap"} if closed else {"mode": "reflect", "reflect_type": "odd"}
+    padded = np.pad(values, ((reach, reach), (0, 0)), **around)  # type: ignore[call-overload]
+    columns = [np.convolve(column, weights / weights.sum(), "valid") for column in padded.T]
+    return np.stack(columns, axis=1)
+
+
 def on_picture_plane(stroke: Stroke, anchors: F64) -> F64:
     """Return the target as points in space, (c, 3): below its pixels, as deep as the anchors are.
 
@@ -211,6 +223,8 @@ def on_picture_plane(stroke: Stroke, anchors: F64) -> F64:
     """
     view: View = stroke.view
     homogeneous = np.column_stack([anchors, np.ones(len(anchors))]) @ view.matrix.T
+    # The anchors zigzag along the curve; the line between them does not.
+    homogeneous = _levelled(homogeneous, stroke.closed)
     width, height = view.size
     w = homogeneous[:, 3]
     clip = np.column_stack(

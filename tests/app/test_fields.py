@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDoubleSpinBox
 
@@ -35,3 +36,19 @@ def test_the_circle_of_a_tool_goes_with_it(window: Window, qtbot) -> None:
     assert view.overlay._brush is not None
     qtbot.keyClick(view, Qt.Key.Key_L)
     assert view.overlay._brush is None
+
+
+def test_the_target_is_a_smooth_line_from_every_side() -> None:
+    from app.stage import on_picture_plane
+    from engine import Stroke
+    from engine.view import look_at
+
+    view = look_at([0, 0, 0], 200, 0, 0, (800, 600))
+    x = np.linspace(-40, 40, 60)
+    anchors = np.column_stack([x, 10 + np.where(np.arange(60) % 2, 1.5, -1.5), 0.02 * x**2])
+    target = view.project(anchors) + np.array([0.0, 25.0])
+    line = on_picture_plane(Stroke(np.arange(60), view, target), anchors)
+    assert np.abs(view.project(line) - target).max() < 1e-6
+    depth, zigzag = line @ (0.0, 1.0, 0.0), anchors[:, 1]
+    assert np.abs(np.diff(depth, 2)).max() < 0.1 * np.abs(np.diff(zigzag, 2)).max()
+    assert abs(depth.mean() - 10) < 1
