@@ -38,6 +38,7 @@ SCENES: dict[str, Scene] = {
     "pen": Scene(sketching.pen, ("sketch-source", "sketch-drag")),
     "several": Scene(sketching.several, ("sketch-several",)),
     "trace": Scene(sketching.trace, ("sketch-trace",)),
+    "outline": Scene(sketching.outline, ("region-adjust", "sketch-outline")),
     "closed": Scene(sketching.closed, ("sketch-closed",)),
     "seeing": Scene(
         seeing.seeing,

@@ -95,7 +95,7 @@ def closed(stage: Stage) -> None:
     stage.keep("sketch-closed")
 
 
-def outline(stage: Stage, swell: float) -> QImage:
+def drawing(stage: Stage, swell: float) -> QImage:
     """Return a pencil sketch of the vase as it is seen, its belly wider by `swell` of its size."""
     view = stage.window.viewport
     seen = stage.seen(stage.window.session.document.mesh.vertices)
@@ -126,7 +126,7 @@ def trace(stage: Stage) -> None:
     stage.rest()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "sketch.png"
-        outline(stage, 0.28).save(str(path))
+        drawing(stage, 0.28).save(str(path))
         window.trace(path)
     stage.stroke(circle(view, 0.06, 0.03, 0.2))
     stage.rest()
@@ -136,3 +136,35 @@ def trace(stage: Stage) -> None:
     stage.rest()
     stage.keep("sketch-trace")
     stage.let_go(bow(view, (0.16, -0.1), (0.16, 0.15))[-1])
+
+
+def outline(stage: Stage) -> None:
+    """A lasso is dragged into shape before it is taken; a source snaps to the outline."""
+    window = stage.window
+    view = window.viewport
+    stage.open("vase")
+    stage.press(Qt.Key.Key_1)
+    stage.rest()
+    stage.click(stage.option("through"))
+    stage.click(stage.option("adjust"))
+    lasso = circle(view, 0.1, 0.03, 0.17)
+    stage.stroke(lasso)
+    stage.rest()
+    side = lasso[len(lasso) // 2]
+    stage.stroke(side + np.linspace(0, 1, 8)[:, None] * (-0.08 * view.height(), 0.0))
+    stage.rest()
+    stage.keep_canvas("region-adjust")
+    stage.press(Qt.Key.Key_Return)
+    stage.until(lambda: window.session.document.draft.roi is not None)
+    stage.rest()
+    stage.click(stage.option("outline"))
+    # Along the right edge of the form, as unsteady as a hand is.
+    shown = stage.seen(window.session.shown.vertices)
+    rows = view.height() * np.linspace(0.43, 0.63, 24)
+    right = np.array([shown[np.abs(shown[:, 1] - y) < 4, 0].max() for y in rows])
+    shaken = np.column_stack([right - 5 + 4 * np.sin(np.arange(24) * 1.7), rows])
+    stage.stroke(shaken)
+    stage.rest()
+    stage.stroke(stage.bulged(0.06 * view.height(), 0.0))
+    stage.rest()
+    stage.keep_canvas("sketch-outline")
