@@ -15,6 +15,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDoubleSpinBox
 
 from engine import Recipe, UnknownStep
+from plugins import registry
 from plugins.registry import find_tools, kinds
 from tests.app.driving import Mouse, picture, settled
 
@@ -41,7 +42,9 @@ def plugin(installed: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The plugin can be imported."""
     monkeypatch.syspath_prepend(str(installed))
     importlib.invalidate_caches()
+    registry._installed.cache_clear()
     yield installed
+    registry._installed.cache_clear()
     sys.modules.pop("eigenform_nudge", None)
 
 
