@@ -15,6 +15,7 @@ from PIL import Image
 from app.headless import open_for, sketch_figures, write_json
 from app.pictures import Curve, Ink, Studio, sheet
 from engine import F64, I64, FileError, Mesh, Recipe, Run, SketchEdit, View, save
+from engine.files.place import write_file
 from plugins.registry import kinds
 from resources import sample_path
 
@@ -177,7 +178,7 @@ def _written(
     save(mesh, result)
     yield result
     recipe = folder / "recipe.json"
-    recipe.write_text(drawn.recipe.to_json(), encoding="utf-8")
+    write_file(recipe, drawn.recipe.to_json().encode("utf-8"))
     yield recipe
     report["result"] = mesh.digest
     write_json(folder / "report.json", report)

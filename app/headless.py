@@ -20,6 +20,7 @@ from engine import (
     open_file,
     save,
 )
+from engine.files.place import write_file
 from engine.measure import (
     edge_stretch,
     feature_amplitude,
@@ -133,7 +134,4 @@ def sketch_figures(edit: SketchEdit, before: Mesh, after: Mesh, run: Run) -> dic
 
 def write_json(path: Path, data: Any) -> None:
     """Write plain data as readable JSON."""
-    try:
-        path.write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise FileError(f"{path} cannot be written: {error.strerror}.") from error
+    write_file(path, (json.dumps(data, indent=1, allow_nan=False) + "\n").encode("utf-8"))

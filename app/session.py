@@ -32,6 +32,7 @@ from engine import (
 )
 from engine.archive import DOCUMENT_SUFFIX, Archive, open_archive
 from engine.arrays import F64, I64, frozen
+from engine.files.place import write_file
 from engine.view import View
 from plugins.registry import kinds
 
@@ -497,10 +498,9 @@ class Session(QObject):
         if document is None:
             return
         try:
-            path.write_text(document.recipe.to_json(), encoding="utf-8")
-        except OSError as error:
-            reason = error.strerror or str(error)
-            self.fail(f"{path.name} could not be written: {reason}. Choose another folder.")
+            write_file(path, document.recipe.to_json().encode("utf-8"))
+        except EngineError as error:
+            self.report(error)
             return
         self.noticed.emit(f"Recipe saved to {path.name}")
 

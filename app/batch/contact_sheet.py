@@ -8,9 +8,10 @@ from pathlib import Path
 
 from PIL import Image
 
-from app.batch.folder import Row, write_file
+from app.batch.folder import Row
 from app.pictures import Studio, sheet
 from engine import Mesh, View, load
+from engine.files.place import write_file
 from engine.view import look_at
 
 CELL = (360, 360)

@@ -13,7 +13,7 @@ from typing import Any
 from app.batch.cluster import client, outcomes
 from app.batch.item import Item, Outcome
 from engine import EngineError, Mesh, save
-from engine.files.place import beside, put_in_place
+from engine.files.place import write_file
 
 Progress = Callable[[int, int, str], None]
 
@@ -134,10 +134,3 @@ def write_table(rows: Iterable[Row], out: Path) -> None:
 
 def _write_text(path: Path, text: str) -> None:
     write_file(path, text.encode("utf-8"))
-
-
-def write_file(path: Path, data: bytes) -> None:
-    """Write a file so that a kill or a full disk leaves the old one or the new one."""
-    with beside(path, path.suffix) as part:
-        part.write_bytes(data)
-        put_in_place(part, path)

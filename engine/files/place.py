@@ -43,6 +43,19 @@ def beside(target: Path, suffix: str) -> Iterator[Path]:
                 part.unlink()
 
 
+def write_file(target: Path, data: bytes) -> None:
+    """Write a small file whole: the old one or the new one stays, whatever happens.
+
+    Raises
+    ------
+    FileError
+        It could not be written; the message says why and what to do.
+    """
+    with beside(target, target.suffix) as part:
+        part.write_bytes(data)
+        put_in_place(part, target)
+
+
 def sweep_strays(folder: str | os.PathLike[str]) -> list[Path]:
     """Remove temporary files that killed programs left in `folder`; return which they were.
 
