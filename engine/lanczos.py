@@ -274,7 +274,7 @@ def _orthonormal(w: F64, seed: int, known: F64 | None = None) -> tuple[F64, F64]
             coefficients[i, i] = length
             w[i] /= length
             continue
-        fresh = np.random.default_rng(seed + i).standard_normal(n)
+        fresh: F64 = np.asarray(np.random.default_rng(seed + i).standard_normal(n))
         for _ in range(3):
             if known is not None:
                 fresh -= (known @ fresh) @ known
