@@ -1,6 +1,6 @@
 """The whole edit from a script: give the belly of the vase another outline, keep its bumps.
 
-    python script_ten_lines.py picture.png
+python script_ten_lines.py picture.png
 """
 
 import sys
