@@ -253,7 +253,7 @@ class Scene:
         positions = self._ghost_positions[used]
         self._ghost = Surface(positions, np.searchsorted(used, faces), (255, 255, 255))
         look = self._ghost.actor.GetProperty()
-        look.SetOpacity(0.55)
+        look.SetOpacity(0.8)
         look.BackfaceCullingOn()
         look.SetAmbient(0.35)
         look.SetDiffuse(0.65)
