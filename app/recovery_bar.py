@@ -9,6 +9,7 @@ from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QBoxLayout, QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
 
+from app.viewport.cube import SIZE as CUBE
 from engine.journal import Recoverable
 
 MARGIN = 16
@@ -75,13 +76,15 @@ class RecoveryBar(QFrame):
 
     def _place(self) -> None:
         over = self.parentWidget()
-        width = max(200, min(WIDEST, over.width() - 2 * MARGIN))
+        # The view cube keeps its corner.
+        room = over.width() - CUBE - 3 * MARGIN
+        width = max(200, min(WIDEST, room))
         # In a narrow window the buttons stand below the sentence, none of them cut off.
         wide = width > NARROW
         direction = QBoxLayout.Direction
         self._both.setDirection(direction.LeftToRight if wide else direction.TopToBottom)
         self.setFixedSize(width, self._both.totalHeightForWidth(width))
-        self.move((over.width() - width) // 2, MARGIN)
+        self.move(max(MARGIN, min((over.width() - width) // 2, MARGIN + room - width)), MARGIN)
         self.raise_()
 
 

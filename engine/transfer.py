@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from engine.align import Alignment, align
+from engine.applied import applied
 from engine.arrays import F64, I64, frozen
 from engine.curves import positions_along, values_along
 from engine.data_step import DataStep
@@ -105,7 +106,7 @@ def transfer(
         steps.append(carried)
         fits.append(pair.fit)
         if i not in recipe.muted:
-            mesh, other = step.apply(mesh, run), carried.apply(other, run)
+            mesh, other = applied(step, mesh, run), applied(carried, other, run)
     carried_recipe = replace(recipe, steps=tuple(steps), digest=digest)
     return Transferred(carried_recipe, _report(fits, alignment))
 

@@ -184,3 +184,26 @@ def test_a_batch_goes_on_after_a_failure_and_says_so(
     assert not (out / "small.ply").exists()
     table = json.loads((out / "table.json").read_text(encoding="utf-8"))
     assert [row["ok"] for row in table] == [True, False, False]
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_a_batch_carries_the_recipe_to_other_triangles(
+    files: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    recipe, mesh_file = files
+    sibling = plate(31)
+    save(sibling, tmp_path / "sibling.ply")
+    out = tmp_path / "carried"
+    command = ["batch", str(recipe), str(tmp_path / "sibling.ply"), "--out", str(out)]
+    assert main([*command, "--no-sheet", "--workers", "1"]) == 1, "it was made on another mesh"
+    assert main([*command, "--transfer"]) == 2
+    assert "--from-mesh" in capsys.readouterr().err
+    command += ["--transfer", "--from-mesh", str(mesh_file), "--no-sheet", "--workers", "1"]
+    assert main(command) == 0
+    made = load(mesh_file)
+    wanted = replay(Recipe.from_json(recipe.read_text(encoding="utf-8"), kinds()), made)
+    lifted = load(out / "sibling.ply").vertices
+    middle_of = [np.linalg.norm(x[:, :2] - 20, axis=1).argmin() for x in (lifted, wanted.vertices)]
+    # Without the recipe the middles would be more than two apart.
+    assert abs(lifted[middle_of[0], 2] - wanted.vertices[middle_of[1], 2]) < 0.5
