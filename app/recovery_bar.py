@@ -15,6 +15,7 @@ from engine.journal import Recoverable
 MARGIN = 16
 WIDEST = 860
 NARROW = 560
+BESIDE_CUBE = 420
 
 
 class RecoveryBar(QFrame):
@@ -76,8 +77,10 @@ class RecoveryBar(QFrame):
 
     def _place(self) -> None:
         over = self.parentWidget()
-        # The view cube keeps its corner.
+        # The view cube keeps its corner where there is room for both.
         room = over.width() - CUBE - 3 * MARGIN
+        if room < BESIDE_CUBE:
+            room = over.width() - 2 * MARGIN
         width = max(200, min(WIDEST, room))
         # In a narrow window the buttons stand below the sentence, none of them cut off.
         wide = width > NARROW
