@@ -51,7 +51,10 @@ class FileWorker:
     """A process that parses, cleans and writes files, so that a crash there costs one sentence.
 
     It is started when first needed (or by `start`), kept warm, and replaced after it was killed.
+    `command` is what is started.
     """
+
+    command: tuple[str, ...] = (sys.executable, "-m", "engine.files.worker")
 
     def __init__(self) -> None:
         self._one_job = threading.Lock()
@@ -159,7 +162,7 @@ class FileWorker:
             return self._process
         self.stop()
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "engine.files.worker"],
+            self.command,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,

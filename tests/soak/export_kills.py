@@ -1,10 +1,13 @@
-"""Kill a program that saves, at random moments, and see that the target is never half a file.
+"""Kill programs that save, at any byte and at any moment: the target is never half a file.
 
     python -m tests.soak.export_kills --count 1000 --seed 1
 
-One process saves two meshes in turns over the same file. Every time it, or its file worker, is
-killed somewhere inside a save; afterwards the file must hold one of the two meshes to the last bit,
-and sweeping must leave nothing else in the folder. It ends with 1 on any fault.
+Two contents are saved in turns over the same file, as a mesh in every format and as a document.
+Every time the process that writes is killed: most by the system, at the very byte that was drawn
+(its files may not grow beyond), some at a random moment, which reaches the flushing, the reading
+back and the renaming, and some together with the whole program. Afterwards the file must hold one
+of the two contents to the last bit, and sweeping must leave nothing else in the folder. It ends
+with 1 on any fault.
 """
 
 from __future__ import annotations
@@ -18,19 +21,25 @@ import sys
 import tempfile
 import threading
 import time
+import warnings
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+import psutil
 
-from engine import FileError, Mesh, save
-from engine.files.process import worker
+from engine import Document, FileError, History, HistoryState, Mesh, save
+from engine.archive import DOCUMENT_SUFFIX, open_archive, save_archive
+from engine.files.process import FileWorker, worker
 from engine.io import sweep_strays
 from tests.soak.plain_readers import read_plainly
 
 ROOT = Path(__file__).resolve().parents[2]
-SUFFIXES = (".obj", ".ply", ".stl", ".off", ".3mf")
+SUFFIXES = (".obj", ".ply", ".stl", ".off", ".3mf", DOCUMENT_SUFFIX)
+MORTAL = (sys.executable, "-m", "tests.soak.mortal_worker")
 
 
 def sheet(turn: int, size: int = 40) -> Mesh:
@@ -46,12 +55,11 @@ def sheet(turn: int, size: int = 40) -> Mesh:
 
 
 def save_for_ever(target: Path) -> None:
-    """Save the two meshes in turns and say so on standard output, until killed."""
-    meshes = [sheet(0), sheet(1)]
+    """Save the two contents in turns and say so on standard output, until killed."""
     turn = 0
     while True:
-        save(meshes[turn], target)
-        print("saved", worker.pid, flush=True)
+        save_either(turn, target)
+        print("saved", worker.pid or 0, flush=True)
         turn = 1 - turn
 
 
@@ -64,8 +72,29 @@ class Tally:
     faults: list[str] = field(default_factory=list)
 
 
+def document(turn: int) -> HistoryState:
+    """Return a document of the turn's sheet with a region that was named."""
+    history = History(Document.open(sheet(turn), f"sheet {turn}"))
+    history.add(history.current.with_region("part", np.arange(90 + turn)), "Region")
+    return history.state()
+
+
+def save_either(turn: int, target: Path) -> None:
+    """Save what the turn has, as the target's ending says."""
+    if target.suffix == DOCUMENT_SUFFIX:
+        save_archive(target, document(turn))
+    else:
+        save(sheet(turn), target)
+
+
 def content(path: Path) -> bytes:
-    """Return the triangles' corners in the file, read by the plain reader, as bytes."""
+    """Return the triangles' corners in the file as bytes, a mesh read by the plain reader."""
+    if path.suffix == DOCUMENT_SUFFIX:
+        found = open_archive(path, {})
+        if found.report:
+            return b""
+        mesh = found.state.current.mesh
+        return (mesh.vertices[mesh.faces].reshape(-1, 3)).tobytes()
     vertices, polygons = read_plainly(path.read_bytes(), path.suffix[1:].upper())
     return np.array([vertices[i] for p in polygons for i in p], dtype=float).tobytes()
 
@@ -73,6 +102,83 @@ def content(path: Path) -> bytes:
 def expected() -> set[bytes]:
     """Return what the target may hold."""
     return {(m.vertices[m.faces].reshape(-1, 3)).tobytes() for m in (sheet(0), sheet(1))}
+
+
+@contextmanager
+def mortal() -> Iterator[None]:
+    """Have the file worker killed, not refused, where its file may not grow any more."""
+    worker.stop()
+    worker.command = MORTAL
+    try:
+        yield
+    finally:
+        worker.stop()
+        worker.command = FileWorker.command
+
+
+def save_with_warm_worker(target: Path) -> None:
+    """Save, so that what is limited next is a save and not the start of the worker."""
+    save(sheet(0), target)
+
+
+def kill_at_byte(target: Path, rng: random.Random) -> str:
+    """Save here; the worker is killed at a byte of the file. Return what the person is told."""
+    save_with_warm_worker(target)
+    assert worker.pid is not None
+    limit = rng.randrange(target.stat().st_size)
+    psutil.Process(worker.pid).rlimit(psutil.RLIMIT_FSIZE, (limit, limit))
+    return _told(target)
+
+
+def kill_at_moment(target: Path, rng: random.Random) -> str:
+    """Save here and kill the file worker at some moment; return what the person is told, or ""."""
+    save_with_warm_worker(target)
+    start = time.monotonic()
+    save(sheet(0), target)
+    moment = rng.random() * (time.monotonic() - start)
+    timer = threading.Timer(moment, os.kill, (worker.pid, signal.SIGKILL))
+    timer.start()
+    try:
+        return _told(target)
+    finally:
+        timer.join()
+
+
+def _told(target: Path) -> str:
+    try:
+        save(sheet(1), target)
+    except FileError as error:
+        return str(error)
+    return ""
+
+
+def kill_document(target: Path, rng: random.Random, at_byte: bool) -> bool:
+    """Save a document in a process of its own that is killed; return whether it was in time."""
+    import resource
+
+    limit = rng.randrange(target.stat().st_size)
+    start = time.monotonic()
+    save_archive(target, document(0))
+    moment = rng.random() * (time.monotonic() - start)
+    state = document(1)
+    with warnings.catch_warnings():
+        # The child only writes a file; it takes no lock that another thread may hold.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        child = os.fork()
+    if child == 0:
+        try:
+            if at_byte:
+                signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
+                resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+                resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+            else:
+                signal.signal(signal.SIGALRM, signal.SIG_DFL)
+                signal.setitimer(signal.ITIMER_REAL, max(moment, 1e-6))
+            save_archive(target, state)
+        finally:
+            os._exit(0)
+    _, status = os.waitpid(child, 0)
+    return os.WIFSIGNALED(status)
 
 
 def kill_program(target: Path, rng: random.Random) -> int:
@@ -88,7 +194,8 @@ def kill_program(target: Path, rng: random.Random) -> int:
     program.wait()
     program.stdout.close()
     # Its worker ends by itself, once its job is done and nobody asks for another.
-    _wait_for_end(int(words[1]))
+    if int(words[1]):
+        _wait_for_end(int(words[1]))
     return len(sweep_strays(target.parent))
 
 
@@ -103,48 +210,45 @@ def _wait_for_end(pid: int) -> None:
     raise AssertionError(f"the file worker {pid} outlives its program")
 
 
-def kill_worker(target: Path, rng: random.Random) -> str:
-    """Save here and kill the file worker meanwhile; return what the person is told, "" if saved."""
-    if worker.pid is None:
-        save(sheet(0), target)
-    start = time.monotonic()
-    save(sheet(0), target)
-    moment = rng.random() * (time.monotonic() - start)
-    timer = threading.Timer(moment, os.kill, (worker.pid, signal.SIGKILL))
-    timer.start()
-    try:
-        save(sheet(1), target)
-    except FileError as error:
-        return str(error)
-    finally:
-        timer.join()
-    return ""
+def kill_one(target: Path, rng: random.Random, programs: float, tally: Tally) -> None:
+    """Kill one save over `target`, and note which way and what was wrong with it."""
+    dice = rng.random()
+    if dice < programs:
+        tally.strays += kill_program(target, rng)
+        tally.kills["program, at a moment"] += 1
+        return
+    at_byte = dice < programs + 0.8 * (1 - programs)
+    when = "at a byte" if at_byte else "at a moment"
+    if target.suffix == DOCUMENT_SUFFIX:
+        if not kill_document(target, rng, at_byte):
+            when = "saved before"
+        tally.kills[f"document, {when}"] += 1
+        tally.strays += len(sweep_strays(target.parent))
+    else:
+        told = (kill_at_byte if at_byte else kill_at_moment)(target, rng)
+        tally.kills[f"worker, {when if told else 'saved before'}"] += 1
+        if (told or at_byte) and (target.name not in told or "unchanged" not in told):
+            tally.faults.append(f"{target.name} {when}: {told or 'nothing was said'}")
 
 
-def run(count: int, seed: int, folder: Path, programs: float = 0.1) -> Tally:
-    """Kill `count` times: the share `programs` of them the whole program, the others the worker."""
+def run(count: int, seed: int, folder: Path, programs: float = 0.05) -> Tally:
+    """Kill `count` times: the share `programs` of them the whole program, by time."""
     rng = random.Random(seed)
     tally = Tally()
     right = expected()
-    for i in range(count):
-        target = folder / f"model{SUFFIXES[i % len(SUFFIXES)]}"
-        if not target.exists():
-            save(sheet(0), target)
-        if rng.random() < programs:
-            tally.strays += kill_program(target, rng)
-            tally.kills["program"] += 1
-        else:
-            told = kill_worker(target, rng)
-            tally.kills["worker, refused" if told else "worker, saved before"] += 1
-            if told and (target.name not in told or "unchanged" not in told):
-                tally.faults.append(f"kill {i}: {told}")
-        if content(target) not in right:
-            tally.faults.append(f"kill {i}: {target.name} is neither the old file nor the new one")
-        others = [p.name for p in folder.iterdir() if p.suffix not in SUFFIXES or p.name[0] == "."]
-        if others:
-            tally.faults.append(f"kill {i}: left behind {others}")
-        if i % 50 == 49:
-            print(f"{i + 1} kills, {len(tally.faults)} faults", flush=True)
+    with mortal():
+        for i in range(count):
+            target = folder / f"model{SUFFIXES[i % len(SUFFIXES)]}"
+            if not target.exists():
+                save_either(0, target)
+            kill_one(target, rng, programs, tally)
+            if content(target) not in right:
+                tally.faults.append(f"{i}: {target.name} is neither the old file nor the new one")
+            others = [p.name for p in folder.iterdir() if p.stem != "model"]
+            if others:
+                tally.faults.append(f"kill {i}: left behind {others}")
+            if i % 50 == 49:
+                print(f"{i + 1} kills, {len(tally.faults)} faults", flush=True)
     return tally
 
 

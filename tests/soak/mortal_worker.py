@@ -1,0 +1,38 @@
+"""The file worker, but for how it dies: really, and where a test wants it to.
+
+Where its file may not grow beyond a limit, the system ends it at that very byte, as a kill would.
+Called with `filter`, the system ends it while a native filter runs.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+from typing import Any
+
+from engine.files.worker import main
+
+# What a filter gets before the end; it takes many times as long on a mesh of some thousand faces.
+FILTER_SECONDS = 1e-4
+
+
+def die_inside_filters() -> None:
+    """Have the next native filter killed while it runs."""
+    import pymeshlab
+
+    real = pymeshlab.MeshSet.apply_filter
+
+    def apply_filter(*given: Any, **options: Any) -> Any:
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        signal.setitimer(signal.ITIMER_REAL, FILTER_SECONDS)
+        return real(*given, **options)
+
+    pymeshlab.MeshSet.apply_filter = apply_filter
+
+
+if __name__ == "__main__":
+    # Python asks the system to refuse such a write instead.
+    signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
+    if sys.argv[1:] == ["filter"]:
+        die_inside_filters()
+    main()
