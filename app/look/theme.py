@@ -51,10 +51,12 @@ QProgressBar::chunk {{ background: {accent}; border-radius: 2px; }}
 QSlider {{ min-height: 32px; }}
 QSlider::groove:horizontal {{ height: 4px; background: {border}; border-radius: 2px; }}
 QSlider::sub-page:horizontal {{ background: {accent}; border-radius: 2px; }}
+QSlider::sub-page:horizontal:disabled {{ background: {border}; }}
 QSlider::handle:horizontal {{ background: {handle}; border: 1px solid {border};
     width: 16px; height: 16px; margin: -7px 0; border-radius: 9px; }}
 QSlider::handle:horizontal:hover, QSlider::handle:horizontal:focus {{
     border: 2px solid {accent}; width: 14px; height: 14px; }}
+QSlider::handle:horizontal:disabled {{ background: {panel}; }}
 QScrollBar:vertical {{ background: transparent; width: 10px; margin: 0; }}
 QScrollBar:horizontal {{ background: transparent; height: 10px; margin: 0; }}
 QScrollBar::handle {{ background: {border}; border-radius: 4px; margin: 1px;

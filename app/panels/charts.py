@@ -12,8 +12,8 @@ from engine import Decomposition
 from engine.arrays import F64
 
 BINS = 44
-HEIGHT = 56
-CAPTION = 18  # px below the bars for words
+HEIGHT = 40
+CAPTION = 16  # px below the bars for words
 
 
 class Chart(QWidget):
@@ -98,9 +98,11 @@ class Histogram(Chart):
             return
         wide = field.width() / len(self._bars)
         painter.setPen(Qt.PenStyle.NoPen)
+        beyond = QColor(theme.faint)
+        beyond.setAlphaF(0.55)
         for i, share in enumerate(np.sqrt(self._bars)):
             kept = (i + 0.5) / len(self._bars) <= self._cutoff
-            painter.setBrush(QColor(REGION if kept else theme.border))
+            painter.setBrush(QColor(REGION) if kept else beyond)
             high = share * field.height()
             painter.drawRect(
                 QRectF(field.left() + i * wide, field.bottom() - high, max(wide - 1, 1), high)

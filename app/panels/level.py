@@ -40,11 +40,6 @@ class LevelPanel(Panel):
         self.slider.setAccessibleName("Level of detail")
         self.slider.setToolTip("Level of detail: [ and ], or Alt+wheel in the viewport")
         self.slider.valueChanged.connect(lambda tick: session.slide_level(tick / TICKS))
-        ends = QHBoxLayout()
-        self._base, self._full = QLabel("Base", self), QLabel("Full", self)
-        ends.addWidget(self._base)
-        ends.addStretch(1)
-        ends.addWidget(self._full)
         self.percent = _number(" %", 0.0, 100.0, 1, "Level of detail")
         self.percent.setSingleStep(1.0)
         self.percent.valueChanged.connect(lambda value: session.slide_level(value / 100))
@@ -63,22 +58,18 @@ class LevelPanel(Panel):
         self.feature_slider.valueChanged.connect(self._feature_slid)
         self.modes = QLabel(self)
         self.modes.setAccessibleName("Modes")
+        self._ends: list[QLabel] = []
         figures = QGridLayout()
         figures.setHorizontalSpacing(GRID)
-        figures.setVerticalSpacing(GRID)
-        for row, (label, widget) in enumerate(
-            (
-                ("Level", self.percent),
-                ("Smallest feature", self.feature),
-                ("", self.feature_slider),
-                ("Modes", self.modes),
-            )
-        ):
-            if not label:
-                figures.addWidget(widget, row, 0, 1, 3)
-                continue
-            figures.addWidget(QLabel(label, self), row, 0)
-            figures.addWidget(widget, row, 1, 1, 1 if widget is self.modes else 2)
+        figures.setVerticalSpacing(GRID // 2)
+        figures.addWidget(QLabel("Level", self), 0, 0)
+        figures.addWidget(self.percent, 0, 1, 1, 2)
+        figures.addLayout(self._between("Base", self.slider, "Full"), 1, 0, 1, 3)
+        figures.addWidget(QLabel("Smallest feature", self), 2, 0)
+        figures.addWidget(self.feature, 2, 1, 1, 2)
+        figures.addLayout(self._between("Large", self.feature_slider, "Fine"), 3, 0, 1, 3)
+        figures.addWidget(QLabel("Modes", self), 4, 0)
+        figures.addWidget(self.modes, 4, 1)
         figures.setColumnStretch(1, 1)
         self.histogram = Histogram(self)
         self.curve = LevelCurve(self)
@@ -88,7 +79,7 @@ class LevelPanel(Panel):
         self.modes_button.setToolTip("See the shape of the modes on the form (Fig. 5)")
         self.modes_button.setAccessibleName("See the modes")
         self.modes_button.toggled.connect(self._modes_toggled)
-        figures.addWidget(self.modes_button, 3, 2)
+        figures.addWidget(self.modes_button, 4, 2)
         self._viewer: ModesViewer | None = None
         self._modes_row = QWidget(self)
         self.mode = QSpinBox(self)
@@ -111,8 +102,6 @@ class LevelPanel(Panel):
         line.addWidget(self.wave)
         line.addWidget(self.play)
         self._modes_row.hide()
-        self.body.addWidget(self.slider)
-        self.body.addLayout(ends)
         self.body.addLayout(figures)
         self.body.addWidget(self._modes_row)
         self.body.addWidget(self.histogram)
@@ -124,6 +113,20 @@ class LevelPanel(Panel):
         session.document_changed.connect(self.refresh)
         session.decomposition_changed.connect(self.refresh)
         self.refresh()
+
+    def _between(self, low: str, slider: QSlider, high: str) -> QHBoxLayout:
+        """Return a slider between the words for its ends; the sliders of the panel line up."""
+        row = QHBoxLayout()
+        row.setSpacing(GRID)
+        words = QLabel(low, self), QLabel(high, self)
+        for word in words:
+            word.setMinimumWidth(word.fontMetrics().horizontalAdvance("Large"))
+        words[1].setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        self._ends += words
+        row.addWidget(words[0])
+        row.addWidget(slider, 1)
+        row.addWidget(words[1])
+        return row
 
     def set_viewer(self, viewer: ModesViewer) -> None:
         """Let the button show modes in `viewer`."""
@@ -162,7 +165,7 @@ class LevelPanel(Panel):
         self.play.setIcon(icon("mdi6.play", theme))
         self.histogram.dress(theme)
         self.curve.dress(theme)
-        for label in (self._base, self._full):
+        for label in self._ends:
             label.setStyleSheet(f"color: {theme.faint};")
 
     def refresh(self) -> None:
@@ -174,6 +177,9 @@ class LevelPanel(Panel):
         for widget in (self.slider, self.percent, self.feature, self.feature_slider, self.modes):
             widget.setEnabled(on)
         self.modes_button.setEnabled(on and known is not None and known.k > 0)
+        # Without a region there is nothing to draw: their room is that of the steps.
+        self.histogram.setVisible(on)
+        self.curve.setVisible(on)
         if document is None:
             return
         level = document.draft.level

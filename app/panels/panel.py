@@ -58,7 +58,7 @@ class Panel(QWidget):
         self.body = QVBoxLayout()
         self._inside = QWidget(self)
         self._inside.setLayout(self.body)
-        self.body.setContentsMargins(GRID * 2, 0, GRID * 2, GRID * 2)
+        self.body.setContentsMargins(GRID * 2, 0, GRID * 2, GRID)
         self.body.setSpacing(GRID)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, GRID // 2, 0, 0)

@@ -82,7 +82,7 @@ class StepsPanel(Panel):
         self.tree.setIconSize(THUMBNAIL)
         self.tree.setIndentation(16)
         self.tree.setRootIsDecorated(False)
-        self.tree.setMinimumHeight(220)
+        self.tree.setMinimumHeight(2 * THUMBNAIL.height() + 8)
         self.tree.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.tree.header().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
         self.tree.setEditTriggers(
