@@ -73,12 +73,11 @@ def read_recipe(path: Path) -> Recipe:
 
 def open_for(recipe: Recipe, source: Path, force: bool) -> Mesh:
     """Return the mesh in a file, cleaned or as it is: whichever the recipe was made on."""
-    mesh = open_file(source).mesh
-    if force or not recipe.digest or mesh.digest == recipe.digest:
-        return mesh
-    untouched = open_file(source, clean=False).mesh
-    if untouched.digest == recipe.digest:
-        return untouched
+    found = open_file(source)
+    if force or not recipe.digest or found.mesh.digest == recipe.digest:
+        return found.mesh
+    if found.as_read.digest == recipe.digest:
+        return found.as_read
     raise RecipeError(
         f"The recipe was made on another mesh than {source.name}. Give that mesh, or add --force "
         "to replay it on this one."

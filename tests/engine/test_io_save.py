@@ -272,9 +272,14 @@ def test_kills_inside_a_save_never_leave_half_a_file(tmp_path: Path) -> None:
     tally = kill_often(8, seed=5, folder=tmp_path, programs=0.2)
     assert tally.faults == []
     assert tally.kills.total() == 8
+    assert tally.kills["worker, at a byte"] >= 2
+    assert tally.kills["program, at a moment"]
 
 
 @pytest.mark.soak
+@pytest.mark.timeout(7200)
 def test_a_thousand_kills_never_leave_half_a_file(tmp_path: Path) -> None:
     tally = kill_often(1000, seed=1, folder=tmp_path)
     assert tally.faults == []
+    for way in ("worker, at a byte", "worker, at a moment", "document, at a byte"):
+        assert tally.kills[way] > 10

@@ -12,16 +12,18 @@ import threading
 import time
 from pathlib import Path
 
+import numpy as np
 import psutil
 import pytest
 
-from engine import FileError, open_file, save
+from engine import FileError, Mesh, open_file, save
 from engine.files import limits
-from engine.files.process import worker
+from engine.files.process import WorkerDiedError, worker
+from engine.files.report import CLEANING
 from engine.io import start_worker
 from tests.engine.test_io_open import tetrahedron, write
 from tests.engine.test_io_shared import assert_says_it
-from tests.soak.export_kills import sheet
+from tests.soak.export_kills import MORTAL, sheet
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -62,6 +64,35 @@ def test_a_crash_of_native_code_costs_a_sentence(shared_meshes: Path, tmp_path: 
     assert_says_it(path.name, str(refusal.value))
     assert open_file(tmp_path / "a.obj").mesh.n == 4
     assert worker.pid != before
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="the system ends processes otherwise there")
+def test_a_crash_inside_cleanup_opens_the_file_as_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = sheet(0, 150)
+    # Points that no face uses are removed by a native filter; this worker dies in any such.
+    save(Mesh(np.vstack([whole.vertices, [[-9.0, -9.0, -9.0]]]), whole.faces), tmp_path / "a.ply")
+    worker.stop()
+    with monkeypatch.context() as patch:
+        patch.setattr(worker, "command", (*MORTAL, "filter"))
+        with pytest.raises(WorkerDiedError) as died:
+            worker.ask(
+                {"job": "import", "path": str(tmp_path / "a.ply"), "name": "a.ply", "clean": True},
+                None,
+                20.0,
+                None,
+            )
+        assert died.value.stage == CLEANING
+        found = open_file(tmp_path / "a.ply")
+    assert found.mesh.n == whole.n + 1
+    assert found.mesh is found.as_read
+    assert np.array_equal(found.mesh.faces, whole.faces)
+    assert found.report.repairs == ()
+    assert "Cleanup could not cope with this mesh" in found.report.warnings[-1]
+    # The next file, in a worker that lives, is cleaned as ever.
+    worker.stop()
+    assert open_file(tmp_path / "a.ply").mesh.n == whole.n
 
 
 def test_a_worker_killed_between_files_is_replaced(tmp_path: Path) -> None:
