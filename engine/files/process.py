@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -47,16 +48,27 @@ class WorkerSlowError(WorkerLostError):
     """The worker did not answer within its time."""
 
 
+def spawn(module: str = "engine.files.worker", *arguments: str) -> subprocess.Popen[bytes]:
+    """Start a process that serves jobs, with pipes for jobs and answers."""
+    return subprocess.Popen(
+        [sys.executable, "-m", module, *arguments],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        env=_environment(),
+        creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+    )
+
+
 class FileWorker:
     """A process that parses, cleans and writes files, so that a crash there costs one sentence.
 
     It is started when first needed (or by `start`), kept warm, and replaced after it was killed.
-    `command` is what is started.
+    `spawn` starts it.
     """
 
-    command: tuple[str, ...] = (sys.executable, "-m", "engine.files.worker")
-
     def __init__(self) -> None:
+        self.spawn: Callable[[], subprocess.Popen[bytes]] = spawn
         self._one_job = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
         self._job_object: Any = None
@@ -161,14 +173,7 @@ class FileWorker:
         if self._process is not None and self._process.poll() is None:
             return self._process
         self.stop()
-        self._process = subprocess.Popen(
-            self.command,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            env=_environment(),
-            creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
-        )
+        self._process = self.spawn()
         self._job_object = limits.cap_from_outside(self._process)
         return self._process
 

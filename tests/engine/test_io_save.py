@@ -279,7 +279,7 @@ def test_kills_inside_a_save_never_leave_half_a_file(tmp_path: Path) -> None:
 @pytest.mark.soak
 @pytest.mark.timeout(7200)
 def test_a_thousand_kills_never_leave_half_a_file(tmp_path: Path) -> None:
-    tally = kill_often(1000, seed=1, folder=tmp_path)
+    tally = kill_often(1000, seed=1, folder=tmp_path, forked=True)
     assert tally.faults == []
     for way in ("worker, at a byte", "worker, at a moment", "document, at a byte"):
         assert tally.kills[way] > 10

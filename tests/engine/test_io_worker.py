@@ -18,7 +18,7 @@ import pytest
 
 from engine import FileError, Mesh, open_file, save
 from engine.files import limits
-from engine.files.process import WorkerDiedError, worker
+from engine.files.process import WorkerDiedError, spawn, worker
 from engine.files.report import CLEANING
 from engine.io import start_worker
 from tests.engine.test_io_open import tetrahedron, write
@@ -75,7 +75,7 @@ def test_a_crash_inside_cleanup_opens_the_file_as_it_is(
     save(Mesh(np.vstack([whole.vertices, [[-9.0, -9.0, -9.0]]]), whole.faces), tmp_path / "a.ply")
     worker.stop()
     with monkeypatch.context() as patch:
-        patch.setattr(worker, "command", (*MORTAL, "filter"))
+        patch.setattr(worker, "spawn", lambda: spawn(MORTAL, "filter"))
         with pytest.raises(WorkerDiedError) as died:
             worker.ask(
                 {"job": "import", "path": str(tmp_path / "a.ply"), "name": "a.ply", "clean": True},

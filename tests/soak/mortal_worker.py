@@ -10,7 +10,7 @@ import signal
 import sys
 from typing import Any
 
-from engine.files.worker import main
+from engine.files import worker
 
 # What a filter gets before the end; it takes many times as long on a mesh of some thousand faces.
 FILTER_SECONDS = 1e-4
@@ -30,9 +30,14 @@ def die_inside_filters() -> None:
     pymeshlab.MeshSet.apply_filter = apply_filter
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Serve jobs as the file worker does."""
     # Python asks the system to refuse such a write instead.
     signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
+    worker.main()
+
+
+if __name__ == "__main__":
     if sys.argv[1:] == ["filter"]:
         die_inside_filters()
     main()
