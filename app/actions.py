@@ -44,10 +44,11 @@ class Action:
     icon : Material Design icon, or "".
     callback : does it.
     enabled : whether it can be done on a document.
-    menu : title of the menu it stands in, or "" for none.
+    menu : title of the menu it stands in, "Menu/Menu in it", or "" for none.
     checked : for a switch: tells whether it is on.
     repeats : whether holding the key does it again and again.
     scope : "window", or "canvas" for keys that mean something else inside panels.
+    apart : whether a line stands above it in its menu.
     """
 
     id: str
@@ -60,6 +61,18 @@ class Action:
     checked: Callable[[], bool] | None = None
     repeats: bool = False
     scope: str = "window"
+    apart: bool = False
+
+    @property
+    def group(self) -> str:
+        """Title of the menu in the menu bar that it is found in."""
+        return self.menu.partition("/")[0]
+
+    @property
+    def row(self) -> str:
+        """What its menu shows: a menu's own title is not said again in it."""
+        rest = self.title.removeprefix(self.menu.rpartition("/")[2] + " ")
+        return rest[:1].upper() + rest[1:]
 
 
 class Actions(QObject):
@@ -122,7 +135,7 @@ class Actions(QObject):
         return None
 
     def _made(self, action: Action) -> QAction:
-        qt = QAction(action.title, self)
+        qt = QAction(action.row, self)
         qt.setObjectName(action.id)
         qt.setAutoRepeat(action.repeats)
         qt.setCheckable(action.checked is not None)

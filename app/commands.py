@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QSettings
 
 from app.actions import Action, with_document, with_region
 from app.seeing import seeing
+from app.symmetry import AXES, Axis
 from app.viewport.shading import Display
+from app.walk import walk
 from engine import Document, Topology
 from engine.arrays import I64
 from engine.selection import grown, inverted, shrunk, smoothed_border
@@ -19,7 +21,6 @@ if TYPE_CHECKING:
     from app.window import Window
 
 LEVEL_STEP = 0.02
-AXES: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
 UNITS = (("mm", "a millimetre"), ("cm", "a centimetre"), ("m", "a metre"), ("in", "an inch"))
 
 
@@ -33,7 +34,6 @@ def commands(window: Window) -> list[Action]:
             *_region(window),
             *_tools(window),
             *_view(window),
-            *seeing(window),
             *_help(window),
         ]
     )
@@ -71,22 +71,22 @@ def _file(window: Window) -> list[Action]:
         Action("file.open", "Open…", window.ask_open, ("Ctrl+O",), "mdi6.folder-open-outline",
                menu=menu),
         Action("file.save", "Save", window.documents.save, ("Ctrl+S",), "mdi6.content-save-outline",
-               with_document, menu),
+               with_document, menu, apart=True),
         Action("file.save_as", "Save as…", window.documents.save_as, ("Ctrl+Shift+S",), "",
                with_document, menu),
         Action("file.restore", "Restore unsaved work…", restore, (), "mdi6.history",
                lambda _document: window.safety is not None, menu),
         Action("file.export", "Export mesh…", window.ask_export, ("Ctrl+E",), "mdi6.export",
-               with_document, menu),
+               with_document, menu, apart=True),
         Action("file.recipe", "Save recipe…", window.ask_recipe, (), "mdi6.script-text-outline",
                with_document, menu),
         *(
             Action(f"file.unit.{unit}", f"One unit is {words}",
                    lambda unit=unit: window.session.set_unit(unit), enabled=with_document,
-                   menu=menu, checked=lambda unit=unit: unit_is(unit))
+                   menu=f"{menu}/One unit is", checked=lambda unit=unit: unit_is(unit))
             for unit, words in UNITS
         ),
-        Action("file.quit", "Quit", window.close, ("Ctrl+Q",), menu=menu),
+        Action("file.quit", "Quit", window.close, ("Ctrl+Q",), menu=menu, apart=True),
     ]  # fmt: skip
 
 
@@ -148,7 +148,7 @@ def _tools(window: Window) -> list[Action]:
 
 
 def _region(window: Window) -> list[Action]:
-    menu, session = "Region", window.session
+    menu, session, symmetry = "Region", window.session, window.symmetry
 
     def change(made: Callable[[Topology, I64], I64], label: str) -> Callable[[], None]:
         def do() -> None:
@@ -168,11 +168,8 @@ def _region(window: Window) -> list[Action]:
         document = session.document
         return document is not None and bool(document.draft.options.mirror)
 
-    def mirror(axis: Literal["x", "y", "z"]) -> None:
-        if session.symmetry == axis:
-            session.set_symmetry(False)
-        else:
-            session.mirror_across(axis)
+    def mirror(axis: Axis) -> None:
+        symmetry.choose("off" if symmetry.which == axis else axis)
 
     return [
         Action("region.grow", "Grow", change(grown, "Region grown"), ("Ctrl++", "Ctrl+="),
@@ -184,12 +181,12 @@ def _region(window: Window) -> list[Action]:
         Action("region.invert", "Invert", change(inverted, "Region inverted"), ("Ctrl+I",),
                "mdi6.invert-colors", with_region, menu),
         Action("region.symmetry", "Edit symmetrically",
-               lambda: session.set_symmetry(not mirrored()),
+               lambda: symmetry.choose("off" if mirrored() else "found"),
                ("Y",), "mdi6.reflect-horizontal", with_document, menu, checked=mirrored),
         *(
             Action(f"region.mirror.{axis}", f"Mirror across {axis.upper()} through the middle",
                    lambda axis=axis: mirror(axis), enabled=with_document, menu=menu,
-                   checked=lambda axis=axis: session.symmetry == axis)
+                   checked=lambda axis=axis: symmetry.which == axis)
             for axis in AXES
         ),
         Action("region.keep", "Keep this region…", keep, (), "mdi6.bookmark-outline", with_region,
@@ -216,11 +213,13 @@ def _view(window: Window) -> list[Action]:
     def standard(name: str, keys: str) -> Action:
         title = "Three-quarter" if name == "three-quarter" else f"From the {name}"
         return Action(f"view.{name}", title, lambda: viewport.standard_view(name),
-                      (keys,) if keys else (), "", with_document, menu)  # fmt: skip
+                      (keys,) if keys else (), "", with_document,
+                      f"{menu}/Standard views")  # fmt: skip
 
     def display(name: Display, title: str, keys: str) -> Action:
         return Action(f"view.{name}", title, lambda: flip_display(name), (keys,), "",
-                      with_document, menu, checked=lambda: viewport.display == name)  # fmt: skip
+                      with_document, menu, checked=lambda: viewport.display == name,
+                      apart=name == "zebra")  # fmt: skip
 
     def flip(set_: Callable[[bool], object], now: Callable[[], bool]) -> Callable[[], None]:
         def do() -> None:
@@ -247,18 +246,23 @@ def _view(window: Window) -> list[Action]:
         Action("view.wireframe", "Wireframe",
                flip(viewport.set_wireframe, lambda: viewport.wireframe), ("W",), "", with_document,
                menu, checked=lambda: viewport.wireframe),
+        *seeing(window),
         Action("view.turntable", "Turntable",
                flip(viewport.set_turntable, lambda: viewport.turntable), (), "mdi6.rotate-360",
-               with_document, menu, checked=lambda: viewport.turntable),
+               with_document, menu, checked=lambda: viewport.turntable, apart=True),
         Action("view.picture", "Save a picture…", window.ask_picture, (), "mdi6.camera-outline",
                with_document, menu),
         Action("view.backdrop", "Picture to trace…", window.ask_backdrop, (), "mdi6.image-outline",
                with_document, menu),
         Action("view.panels", "Hide panels", window.toggle_panels, ("Tab",), menu=menu,
-               scope="canvas"),
+               scope="canvas", apart=True),
+        Action("view.next", "To the next part of the window", lambda: walk(window, 1), ("F6",),
+               menu=menu),
+        Action("view.previous", "To the part before", lambda: walk(window, -1), ("Shift+F6",),
+               menu=menu),
         *(
             Action(f"view.theme.{name}", f"{name.capitalize()} colours",
-                   lambda name=name: theme(name), menu=menu,
+                   lambda name=name: theme(name), menu=f"{menu}/Colours",
                    checked=lambda name=name: window.appearance.choice == name)
             for name in ("system", "dark", "light")
         ),

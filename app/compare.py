@@ -137,6 +137,7 @@ class Compare(QWidget):
         # Both look from the same place; `look_as` changes nothing when they already do.
         main.camera_changed.connect(self._look)
         self.viewport.camera_changed.connect(self._lead)
+        main.looks_changed.connect(self._take_looks)
 
     def show_moment(self, moment: Moment) -> None:
         """Show a moment beside the current one."""
@@ -147,7 +148,7 @@ class Compare(QWidget):
         self.viewport.set_mesh(moment.document.mesh)
         self.viewport.set_unit(moment.document.unit)
         self.viewport.set_reference(moment.document.original.vertices)
-        self.viewport.set_display(self._main.display)
+        self._take_looks()
         self.viewport.look_as(self._main)
         self._follow()
 
@@ -164,10 +165,17 @@ class Compare(QWidget):
         """Free the second viewport; call it before the widget goes."""
         self._session.document_changed.disconnect(self._follow)
         self._main.camera_changed.disconnect(self._look)
+        self._main.looks_changed.disconnect(self._take_looks)
         self._session.end_preview()
         self.main_header.say("")
         self.main_header.deleteLater()
         self.viewport.close()
+
+    def _take_looks(self) -> None:
+        """Colour both in the same way."""
+        if self.moment is not None:
+            self.viewport.set_display(self._main.display)
+            self.viewport.set_wireframe(self._main.wireframe)
 
     def _look(self) -> None:
         self._linked(self.viewport, self._main)

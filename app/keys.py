@@ -30,6 +30,7 @@ HANDS = (
     ("Take from the region", "Ctrl while circling, eraser end of the pen"),
     ("Level of detail", "Alt + wheel"),
     ("See the original", "Hold B"),
+    ("From part to part of the window", "F6, Shift + F6; Tab inside a part"),
 )
 
 
@@ -95,7 +96,7 @@ class Keys(QDialog):
             add("Hands", title, keys)
         for name, action in self._actions.table.items():
             keys = ", ".join(QKeySequence(k).toString(NATIVE) for k in self._actions.keys(name))
-            add(action.menu or "Other", action.title.rstrip("…"), keys, name)
+            add(action.group or "Other", action.title.rstrip("…"), keys, name)
         self.tree.expandAll()
         self._chosen()
 

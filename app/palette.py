@@ -88,7 +88,7 @@ class Palette(QDialog):
         for _, title, name in ranked:
             keys = self._actions.keys(name)
             shown = QKeySequence(keys[0]).toString(NATIVE) if keys else ""
-            menu = self._actions.table[name].menu
+            menu = self._actions.table[name].group
             item = QTreeWidgetItem(self.list, [f"{menu}: {title}" if menu else title, shown])
             item.setData(0, Qt.ItemDataRole.UserRole, name)
             item.setSizeHint(0, QSize(0, ROW))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from PySide6.QtCore import Qt, QUrl
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import (
@@ -87,7 +89,8 @@ class PluginList(QDialog):
         column.addWidget(_line(TRUST))
         files = dropins()
         if not files:
-            column.addWidget(_line(f"There is no .py file in {dropin_folder()}", faint=True))
+            where = from_home(dropin_folder())
+            column.addWidget(_line(f"There is no .py file in {where}", faint=True))
         for one in files:
             words = f"{one.path.name}, changed since it was switched on" if one.changed else (
                 one.path.name
@@ -145,6 +148,14 @@ class PluginList(QDialog):
             self.note.setText(f"{folder} cannot be made ({error.strerror}). Make it yourself.")
             return
         QDesktopServices.openUrl(QUrl.fromLocalFile(str(folder)))
+
+
+def from_home(path: Path) -> str:
+    """Return a path as people write it: what lies in their own folder begins with ~."""
+    try:
+        return str(Path("~") / path.relative_to(Path.home()))
+    except ValueError:
+        return str(path)
 
 
 def all_failures() -> tuple[Failure, ...]:

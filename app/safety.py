@@ -44,7 +44,7 @@ class Safety(QObject):
         super().__init__(window)
         self._window = window
         self._folder = folder
-        self._leaving = self._left = False
+        self._leaving = self._left = self._asked_for = False
         self._dialog: CrashDialog | None = None
         self._question: QMessageBox | None = None
         self._search: threading.Thread | None = None
@@ -57,7 +57,7 @@ class Safety(QObject):
         self.offers = RecoveryOffers(self.bar, self.autosave.restore, self)
         self.watch = CrashWatch(folder, self)
         self.watch.crashed.connect(self._crashed)
-        window.session.broke.connect(self.watch.note)
+        window.session.problems.bug.connect(self.watch.note)
         self._found.connect(self._offer, Qt.ConnectionType.QueuedConnection)
         window.installEventFilter(self)
         application = QGuiApplication.instance()
@@ -99,8 +99,9 @@ class Safety(QObject):
 
     def restore_set_aside(self) -> None:
         """Offer everything that was not saved, asked for by the person."""
+        self._asked_for = True
+        self._window.session.noticed.emit("Looking for unsaved work…")
         self.look_for_work(set_aside=True)
-        self._window.session.noticed.emit("Looking for unsaved work")
 
     @Slot(object, object)
     def _offer(self, found: list[Recoverable], crashes: list[str]) -> None:
@@ -109,6 +110,11 @@ class Safety(QObject):
                 one.release()
             return
         self.offers.offer(found, crashes)
+        if self._asked_for:
+            self._asked_for = False
+            nothing = not found and not crashes
+            words = "There is no unsaved work to restore" if nothing else ""
+            self._window.session.noticed.emit(words)
         self.looked.emit()
 
     # ---- while it runs
@@ -128,7 +134,7 @@ class Safety(QObject):
 
     def _journal_fails(self, sentence: str) -> None:
         if sentence:
-            self._window.session.fail(sentence)
+            self._window.session.problems.say(sentence)
 
     def _was_set_aside(self, name: str) -> None:
         self._window.session.noticed.emit(

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from app.window import Window
 
 LARGEST_PICTURE = 8192
+BASE_WORDS = "The base of the region, whatever the level. Shift+B shows your form again"
 MARGIN = 12
 
 
@@ -37,6 +38,12 @@ def seeing(window: Window) -> list[Action]:
     """Return the actions of this file, for the menu View."""
     menu, viewport = "View", window.viewport
     flip = Flip(window)
+
+    def base_shown(on: bool) -> None:
+        window.hint.set_said(BASE_WORDS if on else "")
+        window.refresh()
+
+    window.stage.base_shown.connect(base_shown)
 
     def occlusion() -> None:
         wanted = not viewport.renderer.GetUseSSAO()
@@ -55,10 +62,15 @@ def seeing(window: Window) -> list[Action]:
             )
 
     return [
-        Action("view.flip", "Flip to the step looked at before", flip.turn, ("V",),
-               "mdi6.flip-horizontal", lambda _document: flip.possible, menu),
+        Action("view.base", "Base alone",
+               lambda: window.stage.show_base(not window.stage.base_alone), ("Shift+B",),
+               "mdi6.circle-outline", lambda _document: window.session.decomposition is not None,
+               menu, checked=lambda: window.stage.base_alone),
         Action("view.occlusion", "Ambient occlusion", occlusion, ("A",), "", with_document, menu,
                checked=lambda: bool(viewport.renderer.GetUseSSAO())),
+        Action("view.flip", "Flip to the step looked at before", flip.turn, ("V",),
+               "mdi6.flip-horizontal", lambda _document: flip.possible, menu,
+               apart=True),
         Action("view.keep", "Keep this view…", keep, (), "mdi6.camera-marker-outline",
                with_document, menu),
     ]  # fmt: skip

@@ -9,8 +9,9 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.session import Session
 from app.viewport import Viewport
-from engine import Document, Mesh, Source, Stroke, View, source_curve
+from engine import Document, Draft, Mesh, Source, Stroke, View, source_curve
 from engine.arrays import B1, F64, I64
+from plugins.api import Pointer
 
 FLOW_SECONDS = 0.2
 FRAME_MS = 15
@@ -22,9 +23,11 @@ class Stage(QObject):
     Signals
     -------
     settled : nothing moves by itself any more; what is shown is what the session says.
+    base_shown(on) : the base of the region is looked at alone, or no longer.
     """
 
     settled = Signal()
+    base_shown = Signal(bool)
 
     def __init__(self, session: Session, viewport: Viewport, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -36,6 +39,7 @@ class Stage(QObject):
         self._flow_to: F64 | None = None
         self._began = 0.0
         self._original = False
+        self._base_of: Draft | None = None
         self._paused = False
         self._curves: set[str] = set()
         self._roi: object = None
@@ -47,6 +51,7 @@ class Stage(QObject):
         session.opened.connect(self._opened)
         session.document_changed.connect(self._marks)
         session.shown_changed.connect(self._shown)
+        viewport.pointer.connect(self._pointed)
 
     @property
     def flowing(self) -> bool:
@@ -61,6 +66,22 @@ class Stage(QObject):
         self._original = on
         self._stop()
         self._shown(False)
+
+    @property
+    def base_alone(self) -> bool:
+        """Whether the base of the region is shown, whatever the level."""
+        return self._base_of is not None
+
+    def show_base(self, on: bool) -> None:
+        """Show the base of the region alone until something else is done; the level stays."""
+        document = self._session.document
+        if document is None or document.draft.roi is None:
+            on = False
+        if on == self.base_alone:
+            return
+        self._base_of = document.draft if on and document is not None else None
+        self._shown(False)
+        self.base_shown.emit(on)
 
     def pause(self, on: bool) -> None:
         """Leave the viewport to somebody else, or put on it again what the session says."""
@@ -79,6 +100,7 @@ class Stage(QObject):
         assert document is not None
         self._stop()
         self._original = False
+        self._leave_base()
         self._mesh = document.mesh
         self._drawn = document.mesh.vertices
         self._roi = None
@@ -99,12 +121,33 @@ class Stage(QObject):
         wanted = shown.vertices
         if self._original and document.original.faces is shown.faces:
             wanted = document.original.vertices
+        elif self.base_alone:
+            wanted = self._base(document, wanted)
         if flowing and not self._original:
             self._flow(wanted)
         else:
             self._stop()
             self._draw(wanted)
             self._settle()
+
+    def _base(self, document: Document, otherwise: F64) -> F64:
+        """Return the positions (n, 3) of the mesh with the base in the region, once it is known."""
+        known = self._session.decomposition
+        if known is None:
+            return otherwise
+        positions = document.mesh.vertices.copy()
+        positions[known.roi] = known.base
+        return positions
+
+    def _leave_base(self) -> None:
+        """Let the next thing shown be the session's."""
+        if self.base_alone:
+            self._base_of = None
+            self.base_shown.emit(False)
+
+    def _pointed(self, pointer: Pointer) -> None:
+        if pointer.kind == "press":
+            self.show_base(False)
 
     def _flow(self, wanted: F64) -> None:
         assert self._drawn is not None
@@ -149,7 +192,7 @@ class Stage(QObject):
         self.settled.emit()
 
     def _ghost(self, document: Document) -> None:
-        lying = document.draft.roi is not None and not self._original
+        lying = document.draft.roi is not None and not self._original and not self.base_alone
         lying = lying and not self._session.rests_on_details
         wanted = document.mesh if lying else None
         if wanted is not self._ghost_of:
@@ -161,6 +204,8 @@ class Stage(QObject):
         document = self._session.document
         if document is None:
             return
+        if document.draft is not self._base_of:
+            self._leave_base()
         if document.draft.roi is not self._roi:
             self._roi = document.draft.roi
             self._viewport.set_region(document.draft.roi)
@@ -172,7 +217,8 @@ class Stage(QObject):
             return
         draft = document.draft
         wanted: set[str] = set()
-        if not self._original:
+        marked = not self._original and not self.base_alone
+        if marked:
             if draft.source is not None:
                 source = draft.source
                 self._draw_source("source", source)
@@ -184,7 +230,7 @@ class Stage(QObject):
                 points = on_picture_plane(stroke, self._drawn[stroke.anchors])
                 self._viewport.show_curve(f"target {i}", points, "target", closed=stroke.closed)
                 wanted |= {f"source {i}", f"target {i}"}
-        pins = list(draft.options.pins) if draft.roi is not None and not self._original else []
+        pins = list(draft.options.pins) if draft.roi is not None and marked else []
         self._viewport.set_pins(self._drawn[pins] if pins else None)
         for name in self._curves - wanted:
             self._viewport.hide_curve(name)

@@ -29,6 +29,7 @@ from app.ask import Ask
 from app.commands import commands
 from app.compare import Compare
 from app.documents import Documents
+from app.files import Files
 from app.hint import HintLine
 from app.keys import Keys
 from app.look import Appearance, Theme
@@ -53,6 +54,7 @@ from app.seeing import (
 from app.session import Session
 from app.stage import Stage
 from app.status import Status
+from app.symmetry import Symmetry
 from app.toolhost import ToolHost
 from app.viewport import Viewport
 from app.welcome import Welcome
@@ -76,12 +78,14 @@ class Window(QMainWindow):
         self.setAcceptDrops(True)
         self.appearance = appearance
         self.session = Session(self)
+        self.files = Files(self.session, self)
+        self.symmetry = Symmetry(self.session)
         self.viewport = Viewport(self)
         found = find_tools()
         self.failures: tuple[Failure, ...] = found.failures
         self.toolhost = ToolHost(self.session, self.viewport, found.items, self)
         self.stage = Stage(self.session, self.viewport, self)
-        self.documents = Documents(self.session, self.viewport, self)
+        self.documents = Documents(self.session, self.files, self.viewport, self)
         self.safety: Safety | None = None
         self.actions_table = Actions(self, self.viewport)
         self.hint = HintLine(self.viewport)
@@ -90,7 +94,7 @@ class Window(QMainWindow):
         self.compare: Compare | None = None
         self.welcome = Welcome(self.session, self.viewport)
         self.level = LevelPanel(self.session, self)
-        self.edit = EditPanel(self.session, self)
+        self.edit = EditPanel(self.session, self.symmetry, self)
         self.steps = StepsPanel(self.session, self)
         self.rail = ToolRail(self.toolhost, self)
         self.strip = ToolStrip(self.toolhost, self)
@@ -150,6 +154,7 @@ class Window(QMainWindow):
 
     def _make_menus(self) -> None:
         self.recent_menu = QMenu("Open recent", self)
+        self.recent_menu.setToolTipsVisible(True)
         self.recent_menu.aboutToShow.connect(self._fill_recent)
         self.regions_menu = QMenu("Kept regions", self)
         self.regions_menu.aboutToShow.connect(self._fill_regions)
@@ -159,9 +164,9 @@ class Window(QMainWindow):
         for name, action in self.actions_table.table.items():
             if not action.menu:
                 continue
-            menu = menus.get(action.menu)
-            if menu is None:
-                menu = menus[action.menu] = self.menuBar().addMenu(action.menu)
+            menu = self._menu(menus, action.menu)
+            if action.apart:
+                menu.addSeparator()
             menu.addAction(self.actions_table.qt[name])
             if name == "file.open":
                 menu.addMenu(self.recent_menu)
@@ -170,14 +175,22 @@ class Window(QMainWindow):
             elif name == "view.keep":
                 menu.addMenu(self.views_menu)
 
+    def _menu(self, menus: dict[str, QMenu], path: str) -> QMenu:
+        """Return the menu of a path like "File" or "File/One unit is", made when it is new."""
+        if path not in menus:
+            above, _, title = path.rpartition("/")
+            home = self._menu(menus, above) if above else self.menuBar()
+            menus[path] = home.addMenu(title if above else f"&{title}")
+        return menus[path]
+
     def _connect(self) -> None:
         session, host = self.session, self.toolhost
         session.document_changed.connect(self.refresh)
         session.opened.connect(self._opened)
-        session.problem_changed.connect(lambda: self.hint.set_problem(session.problem))
+        session.problems.changed.connect(self.hint.set_problem)
         session.noticed.connect(self.hint.set_notice)
-        session.imported.connect(self._show_report)
-        session.heavy.connect(self._ask_heavy)
+        self.files.imported.connect(self._show_report)
+        self.files.heavy.connect(self._ask_heavy)
         session.busy_changed.connect(self.refresh)
         host.tool_changed.connect(self.refresh)
         host.gesture_changed.connect(self.refresh)
@@ -191,7 +204,9 @@ class Window(QMainWindow):
         self.stage.settled.connect(self._picture_soon)
         self.documents.pictures = self.steps.pictures
         self.documents.saved.connect(self._saved)
-        session.unpacked.connect(lambda archive: self.steps.take_pictures(dict(archive.pictures)))
+        self.files.unpacked.connect(
+            lambda archive: self.steps.take_pictures(dict(archive.pictures))
+        )
         self.appearance.changed.connect(self._dress)
         application = QApplication.instance()
         assert application is not None
@@ -337,7 +352,7 @@ class Window(QMainWindow):
         """Let the person choose a file to open."""
         name, _ = QFileDialog.getOpenFileName(self, "Open", _folder(), OPENS)
         if name:
-            self.session.open(Path(name))
+            self.files.open(Path(name))
 
     def ask_export(self) -> None:
         """Let the person choose where the mesh goes."""
@@ -346,21 +361,21 @@ class Window(QMainWindow):
             path = Path(name)
             if not path.suffix:
                 path = path.with_suffix("." + chosen.split("*.")[1].rstrip(")"))
-            self.session.export(path)
+            self.files.export(path)
 
     def ask_recipe(self) -> None:
         """Let the person choose where the recipe goes."""
         name, _ = QFileDialog.getSaveFileName(self, "Save recipe", _folder(), "Recipe (*.json)")
         if name:
             path = Path(name)
-            self.session.export_recipe(path if path.suffix else path.with_suffix(".json"))
+            self.files.export_recipe(path if path.suffix else path.with_suffix(".json"))
 
     def _fill_recent(self) -> None:
         self.recent_menu.clear()
         for path in recent():
             action = self.recent_menu.addAction(path.name)
             action.setToolTip(str(path))
-            action.triggered.connect(lambda _checked=False, p=path: self.session.open(p))
+            action.triggered.connect(lambda _checked=False, p=path: self.files.open(p))
         self.recent_menu.setEnabled(bool(self.recent_menu.actions()))
 
     def _fill_regions(self) -> None:
@@ -398,7 +413,7 @@ class Window(QMainWindow):
         if image.save(str(target)):
             self.session.noticed.emit(f"Picture saved to {target.name}")
         else:
-            self.session.fail(f"{target.name} could not be written. Choose another folder.")
+            self.session.problems.say(f"{target.name} could not be written. Choose another folder.")
 
     def ask_backdrop(self) -> None:
         """Let the person choose a picture to trace; the same again takes it away."""
@@ -415,7 +430,7 @@ class Window(QMainWindow):
         """Lay the picture in a file over the form, to trace it."""
         image = QImage(str(path))
         if image.isNull():
-            self.session.fail(f"{path.name} is not a picture. Choose a PNG or JPEG file.")
+            self.session.problems.say(f"{path.name} is not a picture. Choose a PNG or JPEG file.")
             return
         self.trace_bar.trace(image)
 
@@ -441,7 +456,7 @@ class Window(QMainWindow):
             f"Open {path.name}?",
             [words],
             {
-                "Open": lambda: self.session.open(path, clean=clean, sure=True),
+                "Open": lambda: self.files.open(path, clean=clean, sure=True),
                 "Leave it": lambda: None,
             },
         )
@@ -451,7 +466,7 @@ class Window(QMainWindow):
         path = self.session.path
         buttons: dict[str, Callable[[], object]] = {}
         if report.repairs and path is not None:
-            buttons["Open without repairs"] = lambda: self.session.open(path, clean=False)
+            buttons["Open without repairs"] = lambda: self.files.open(path, clean=False)
         document = self.session.document
         doubtful = document is not None and likely_unit(document) is not None
         question = [unit_question(document)] if document is not None and doubtful else []
@@ -482,7 +497,7 @@ class Window(QMainWindow):
         files = [url.toLocalFile() for url in event.mimeData().urls() if url.isLocalFile()]
         if files:
             event.acceptProposedAction()
-            self.session.open(Path(files[0]))
+            self.files.open(Path(files[0]))
 
     # ---- keys that are held, and Escape
 
@@ -579,5 +594,5 @@ def main(path: Path | None = None) -> int:
     window.show()
     if path is None:
         window.session.opened.connect(window.welcome.begin, Qt.ConnectionType.SingleShotConnection)
-    QTimer.singleShot(0, lambda: window.session.open(path or sample_path("vase")))
+    QTimer.singleShot(0, lambda: window.files.open(path or sample_path("vase")))
     return app.exec()

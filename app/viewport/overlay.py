@@ -18,6 +18,8 @@ from engine.view import View
 STROKE_WIDTH = 3.0
 _HALO = 2.0
 _REACH = 8
+LEGEND_WIDTH = 150
+LEGEND_ABOVE = 68
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,32 +281,34 @@ class Overlay(QWidget):
         font.setPointSizeF(10)
         painter.setFont(font)
         metrics = painter.fontMetrics()
-        texts = ((0.0, legend.low), (0.5, legend.middle), (1.0, legend.high))
-        beside = max(metrics.horizontalAdvance(text) for _, text in texts)
-        width = max(14 + 11 + beside, metrics.horizontalAdvance(legend.title)) + 24.0
-        height = min(220.0, self.height() * 0.4)
-        card = QRectF(0, 0, width, height + 52)
-        card.moveBottomRight(QPointF(self.width() - 12.0, self.height() - 12.0))
-        bar = QRectF(card.x() + 12, card.y() + 38, 14, height)
+        ends = metrics.horizontalAdvance(legend.low), metrics.horizontalAdvance(legend.high)
+        outside = max(ends) / 2  # the numbers stand centred under the ends of the bar
+        line = metrics.height()
+        width = max(LEGEND_WIDTH, metrics.horizontalAdvance(legend.title)) + 2 * outside + 24
+        card = QRectF(0, 0, width, 2 * line + 40)
+        # Low and flat, beside the form's foot and above the row of the hint: forms are round.
+        card.moveBottomRight(QPointF(self.width() - 12.0, self.height() - LEGEND_ABOVE))
+        bar = QRectF(card.x() + 12 + outside, card.y() + line + 16, width - 24 - 2 * outside, 10)
         ground = QColor(self.theme.panel)
-        ground.setAlpha(225)
-        painter.setPen(Qt.PenStyle.NoPen)
+        ground.setAlpha(235)
+        painter.setPen(QPen(QColor(self.theme.border), 1.0))
         painter.setBrush(ground)
         painter.drawRoundedRect(card, 8, 8)
-        gradient = QLinearGradient(bar.bottomLeft(), bar.topLeft())
+        painter.setPen(Qt.PenStyle.NoPen)
+        gradient = QLinearGradient(bar.topLeft(), bar.topRight())
         for k, colour in enumerate(legend.colours):
             gradient.setColorAt(k / (len(legend.colours) - 1), QColor(colour))
         painter.setBrush(gradient)
         painter.drawRoundedRect(bar, 3, 3)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QColor(self.theme.text))
-        title = QRectF(bar.x(), card.y() + 10, width, 20)
-        painter.drawText(title, Qt.AlignmentFlag.AlignLeft, legend.title)
-        for share, text in texts:
-            y = bar.bottom() - share * bar.height()
-            painter.drawLine(QPointF(bar.right() + 3, y), QPointF(bar.right() + 7, y))
-            place = QRectF(bar.right() + 11, y - 9, beside + 4, 18)
-            painter.drawText(place, Qt.AlignmentFlag.AlignVCenter, text)
+        title = QRectF(card.x(), card.y() + 8, width, line)
+        painter.drawText(title, Qt.AlignmentFlag.AlignCenter, legend.title)
+        for share, text in ((0.0, legend.low), (0.5, legend.middle), (1.0, legend.high)):
+            x = bar.left() + share * bar.width()
+            painter.drawLine(QPointF(x, bar.bottom() + 1), QPointF(x, bar.bottom() + 4))
+            place = QRectF(x - 40, bar.bottom() + 5, 80, line)
+            painter.drawText(place, Qt.AlignmentFlag.AlignCenter, text)
 
     def sizeHint(self) -> QSize:
         """The overlay is as large as the viewport."""

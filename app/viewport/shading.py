@@ -12,6 +12,7 @@ from app.viewport.overlay import Legend
 from engine import Mesh, cotangent_stiffness, vertex_areas
 from engine.arrays import F64
 
+STEPS = (1, 1.5, 2, 3, 4, 5, 6, 8, 10)  # ends of a scale, times a power of ten
 Display = Literal["clay", "zebra", "reflection", "curvature", "deviation"]
 DISPLAYS: tuple[Display, ...] = ("clay", "zebra", "reflection", "curvature", "deviation")
 
@@ -100,11 +101,12 @@ def mapped(values: ArrayLike, most: float) -> NDArray[np.uint8]:
 
 
 def round_up(value: float) -> float:
-    """Return the next of 1, 2, 5 times a power of ten: an end of a scale that one can read."""
+    """Return the next end of a scale that one can read, at most half as much again as `value`."""
     if not value > 0:
         return 1e-3
     power = 10.0 ** np.floor(np.log10(value))
-    return float(next(step * power for step in (1, 2, 5, 10) if step * power >= value * (1 - 1e-9)))
+    step = next(step for step in STEPS if step * power >= value * (1 - 1e-9))
+    return float(f"{step * power:.3g}")  # 3 * 0.1 is not 0.3
 
 
 def legend(title: str, most: float) -> Legend:

@@ -55,6 +55,7 @@ class Viewport(QtInteractor):
     camera_changed : the camera moved.
     rested : the camera has come to rest.
     alt_scrolled : notches of the wheel turned with Alt held.
+    looks_changed : the form is coloured in another way, or its edges are drawn or not.
     """
 
     pointer = Signal(object)
@@ -62,6 +63,7 @@ class Viewport(QtInteractor):
     camera_changed = Signal()
     rested = Signal()
     alt_scrolled = Signal(float)
+    looks_changed = Signal()
 
     def __init__(self, parent: QWidget | None = None, theme: Theme = DARK) -> None:
         super().__init__(parent, auto_update=False, multi_samples=0, lighting="none")
@@ -274,6 +276,7 @@ class Viewport(QtInteractor):
         """Colour the form by clay, by stripes that it reflects, or by a map with its scale."""
         self.maps.show(display)
         self.update()
+        self.looks_changed.emit()
 
     def set_reference(self, positions: ArrayLike | None) -> None:
         """Measure deviation from these positions (n, 3); None for the mesh as it was set."""
@@ -298,6 +301,7 @@ class Viewport(QtInteractor):
         """Draw the edges of the triangles over the form, or not."""
         self.scene.set_wireframe(wanted)
         self.update()
+        self.looks_changed.emit()
 
     @property
     def wireframe(self) -> bool:

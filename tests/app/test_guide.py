@@ -47,7 +47,7 @@ def test_no_two_scenes_keep_one_picture() -> None:
 
 def test_a_scene_takes_its_pictures(qapp, tmp_path: Path, monkeypatch) -> None:
     """The scene drives a whole window; `take` says when it kept other pictures than it tells."""
-    for name in ("XDG_STATE_HOME", "XDG_DATA_HOME", "XDG_CONFIG_HOME"):
+    for name in ("HOME", "XDG_STATE_HOME", "XDG_DATA_HOME", "XDG_CONFIG_HOME"):
         monkeypatch.setenv(name, str(tmp_path))
     assert take("closed", "light", tmp_path) == 0
     assert {path.stem for path in tmp_path.glob("*.png")} == set(SCENES["closed"].pictures)

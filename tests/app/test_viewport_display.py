@@ -99,9 +99,9 @@ def test_deviation_is_signed_millimetres_with_a_scale(stage):
     legend = viewport.overlay.legend
     assert (legend.title, legend.low, legend.middle, legend.high) == (
         "Deviation, mm",
-        "−2",
+        "−1.5",
         "0",
-        "+2",
+        "+1.5",
     )
     viewport.set_vertices(viewport.form.vertices - 1.4 * normals)
     assert np.abs(viewport.deviation() + 1.4).max() < 1e-6
@@ -124,7 +124,7 @@ def test_map_runs_from_blue_over_white_to_orange():
     assert blue[2] > blue[0] + 80
     assert white.min() > 230
     assert orange[0] > orange[2] + 80
-    assert [round_up(x) for x in (0.03, 0.11, 1.0, 2.1, 70.0)] == [0.05, 0.2, 1.0, 5.0, 100.0]
+    assert [round_up(x) for x in (0.03, 0.11, 1.0, 2.1, 70.0)] == [0.03, 0.15, 1.0, 3.0, 80.0]
 
 
 # The region, curves, ghost

@@ -62,8 +62,10 @@ def take(scene: str, theme: str, folder: Path) -> int:
     with tempfile.TemporaryDirectory() as place:
         QSettings.setDefaultFormat(QSettings.Format.IniFormat)
         QSettings.setPath(QSettings.Format.IniFormat, QSettings.Scope.UserScope, place)
+        # Somebody's own folder, with nothing of this machine in it.
+        os.environ["HOME"] = place
         for name in ("XDG_STATE_HOME", "XDG_DATA_HOME", "XDG_CONFIG_HOME"):
-            os.environ[name] = place
+            os.environ.pop(name, None)
         from app.look import Appearance
         from app.window import Window, application
         from tests.pictures.studio import Stage

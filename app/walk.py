@@ -1,0 +1,39 @@
+"""Walk: F6 takes the keys from one part of the window to the next, as Tab does inside a part."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QWidget
+
+if TYPE_CHECKING:
+    from app.window import Window
+
+
+def parts(window: Window) -> list[QWidget]:
+    """Return the parts that can take the keys now, in the order they are walked."""
+    panels = (window.level, window.edit, window.steps)
+    every = (window.viewport, window.rail, window.strip, *panels)
+    return [part for part in every if part.isVisible() and entrance(part) is not None]
+
+
+def entrance(part: QWidget) -> QWidget | None:
+    """Return the first widget of a part that takes the keys, or None."""
+    if part.focusPolicy() & Qt.FocusPolicy.TabFocus:
+        return part
+    inside = part
+    while (inside := inside.nextInFocusChain()) is not part:
+        takes = inside.focusPolicy() & Qt.FocusPolicy.TabFocus
+        if takes and part.isAncestorOf(inside) and inside.isVisible() and inside.isEnabled():
+            return inside
+    return None
+
+
+def walk(window: Window, by: int) -> None:
+    """Give the keys to the part `by` places on from the one that has them."""
+    every, held = parts(window), QApplication.focusWidget()
+    here = next((k for k, one in enumerate(every) if one is held or one.isAncestorOf(held)), -by)
+    wanted = entrance(every[(here + by) % len(every)])
+    assert wanted is not None
+    wanted.setFocus(Qt.FocusReason.TabFocusReason)
