@@ -10,6 +10,7 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QFileDialog, QWidget
 
+from app.files import Files
 from app.session import Session
 from app.viewport import Viewport
 from app.viewport.camera import Eye
@@ -26,6 +27,7 @@ class Documents(QObject):
     Parameters
     ----------
     session : what is open.
+    files : says when a document was opened.
     viewport : its camera is saved and found again.
     window : parent of the file dialog.
 
@@ -36,13 +38,13 @@ class Documents(QObject):
 
     saved = Signal(object, object)
 
-    def __init__(self, session: Session, viewport: Viewport, window: QWidget) -> None:
+    def __init__(self, session: Session, files: Files, viewport: Viewport, window: QWidget) -> None:
         super().__init__(window)
         self._session = session
         self._viewport = viewport
         self._window = window
         self.pictures: Callable[[], Mapping[int, bytes]] = dict
-        session.unpacked.connect(self._unpacked)
+        files.unpacked.connect(self._unpacked)
 
     @property
     def path(self) -> Path | None:
@@ -74,7 +76,7 @@ class Documents(QObject):
         try:
             save_archive(path, history.state(), dict(self.pictures()), self.window_state())
         except EngineError as error:
-            self._session.report(error)
+            self._session.problems.report(error)
             return
         self._session.noticed.emit(f"Saved to {path.name}")
 
@@ -114,7 +116,7 @@ class Documents(QObject):
             "save",
             lambda _run: save_archive(path, state, pictures, window),
             done,
-            self._session.report,
+            self._session.problems.report,
             priority=0,
             # It may go between two ticks of a long computation: it shares nothing with it.
             urgent=True,

@@ -98,10 +98,12 @@ class Jobs(QObject):
 
     Signals
     -------
+    began(channel) : a channel that had nothing to do has work.
     progressed(channel, fraction, text) : a job reports; at most twenty times a second.
     idled(channel) : the channel has nothing more to do.
     """
 
+    began = Signal(str)
     progressed = Signal(str, float, str)
     idled = Signal(str)
     _delivered = Signal(object, str, object)
@@ -148,6 +150,8 @@ class Jobs(QObject):
             self._wake.notify()
         if stuck is not None and not self._look.isActive():
             self._look.start()
+        if before is None:
+            self.began.emit(channel)
         return job
 
     def cancel(self, channel: str, *, asked: bool = False) -> None:

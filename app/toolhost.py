@@ -161,7 +161,7 @@ class ToolHost(QObject):
         self._unspan()
         self._active = name
         self._canvas.brush(0.0, 0.0, None)  # the next move of the hand shows what it takes now
-        self._session.clear_problem()
+        self._session.problems.clear()
         self._show_live()
         self.tool_changed.emit()
 
@@ -226,7 +226,7 @@ class ToolHost(QObject):
             if isinstance(result, Document | Step):
                 self.preview(result)
         except EngineError as error:
-            self._session.report(error)
+            self._session.problems.report(error)
         except Exception as error:
             log.info("Tool %s raised", self._active, exc_info=True)
             self._fail(tool, error)
@@ -284,7 +284,7 @@ class ToolHost(QObject):
         try:
             self._take(tool, self._entered(tool))
         except EngineError as error:
-            self._session.report(error)
+            self._session.problems.report(error)
         except Exception as error:
             log.info("Tool %s raised", self._active, exc_info=True)
             self._fail(tool, error)
@@ -312,7 +312,7 @@ class ToolHost(QObject):
         tool = self.active
         if tool is None or self._session.document is None or self._session.applying:
             return
-        self._session.clear_problem()
+        self._session.problems.clear()
         try:
             self._patience.begin()
             with self._patience.call():
@@ -345,7 +345,7 @@ class ToolHost(QObject):
             self._gesture = None
             self._put_away()
             if not isinstance(error, Cancelled):
-                self._session.report(error)
+                self._session.problems.report(error)
         except Exception as error:
             log.info("Tool %s raised", self._active, exc_info=True)
             self._gesture = None
@@ -394,7 +394,7 @@ class ToolHost(QObject):
     def _fail(self, tool: Tool | None, error: Exception) -> None:
         reason = f"{type(error).__name__}: {error}"
         if tool is None:
-            self._session.fail(f"A tool failed and was stopped ({reason}).")
+            self._session.problems.say(f"A tool failed and was stopped ({reason}).")
             return
         self._switch_off(tool, reason)
 
@@ -402,11 +402,13 @@ class ToolHost(QObject):
         """A step was given up: its tool is named, and switched off when it did wrong."""
         tool = self._makers.get(type(step))
         if tool is None:
-            self._session.fail(f"The step “{step.title}” {reason}. Your document is as it was.")
+            self._session.problems.say(
+                f"The step “{step.title}” {reason}. Your document is as it was."
+            )
         elif wrong:
             self._switch_off(tool, f"its step {reason}")
         else:
-            self._session.fail(
+            self._session.problems.say(
                 f"The tool “{tool.title}” {reason} and was left behind. Your document is as it was."
             )
 
@@ -418,7 +420,7 @@ class ToolHost(QObject):
                 (name for name in self.tools if name not in self.switched_off), self._active
             )
             self._hand_over()
-        self._session.fail(
+        self._session.problems.say(
             f"The tool “{tool.title}” failed and was stopped ({reason}). It is switched off until "
             "the next start, and your document is as it was; choose another tool."
         )

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Literal
 
+import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
     QAbstractSpinBox,
@@ -20,10 +22,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.look import SOURCE, TARGET, Theme, icon
+from app.look import PIN, SOURCE, TARGET, Theme, icon
 from app.panels.panel import GRID, Choice, Panel, plain_number
 from app.session import Session
-from engine import EditOptions
+from app.symmetry import Symmetry
+from engine import Draft, EditOptions, Source, Stroke
+
+CURVE = "mdi6.vector-curve"
 
 SYMMETRIES = (
     ("Off", "off"),
@@ -35,7 +40,7 @@ SYMMETRIES = (
 
 
 class EditPanel(Panel):
-    """Strokes with a bin each, the amount, how depth and rim are treated, and Apply.
+    """What the edit is made of, the amount, how depth and rim are treated, and Apply.
 
     Signals
     -------
@@ -44,9 +49,11 @@ class EditPanel(Panel):
 
     apply_asked = Signal()
 
-    def __init__(self, session: Session, parent: QWidget | None = None) -> None:
+    def __init__(self, session: Session, plane: Symmetry, parent: QWidget | None = None) -> None:
         super().__init__("Edit", parent)
         self._session = session
+        self._plane = plane
+        self._listed: tuple[object, ...] = ()
         self._strokes = QVBoxLayout()
         self._strokes.setSpacing(GRID // 2)
         self.amount = QSlider(Qt.Orientation.Horizontal, self)
@@ -130,11 +137,7 @@ class EditPanel(Panel):
         self.refresh()
 
     def _symmetry_chosen(self) -> None:
-        wanted = self.symmetry.currentData()
-        if wanted in ("off", "found"):
-            self._session.set_symmetry(wanted == "found")
-        else:
-            self._session.mirror_across(wanted)
+        self._plane.choose(self.symmetry.currentData())
 
     def _set(self, **changes: object) -> None:
         document = self._session.document
@@ -149,7 +152,7 @@ class EditPanel(Panel):
         for widget in widgets:
             widget.setEnabled(document is not None and document.draft.roi is not None)
         self.symmetry.setEnabled(document is not None)
-        self.symmetry.setCurrentIndex(self.symmetry.findData(self._session.symmetry))
+        self.symmetry.setCurrentIndex(self.symmetry.findData(self._plane.which))
         blockers = [QSignalBlocker(widget) for widget in widgets]
         self.amount.setValue(round(options.amount * 100))
         self._amount_words.setText(f"{options.amount:.0%}".replace("%", " %"))
@@ -166,51 +169,46 @@ class EditPanel(Panel):
         self.apply.setEnabled(ready)
 
     def _list_strokes(self) -> None:
+        document, theme = self._session.document, self._theme
+        if document is None or theme is None:
+            return
+        wanted = (theme, *_lines(document.draft))
+        if wanted == self._listed:
+            return  # buttons made anew would lose a press that is on its way
+        self._listed = wanted
         while (item := self._strokes.takeAt(0)) is not None:
             widget = item.widget()
             if widget is not None:
                 widget.hide()
                 widget.deleteLater()
-        document, theme = self._session.document, self._theme
-        if document is None or theme is None:
-            return
-        draft = document.draft
-        for i, stroke in enumerate(draft.strokes):
-            words = f"Curve {i + 1}, {len(stroke.anchors)} anchors"
-            self._strokes.addWidget(self._row(words, TARGET, theme, i, stroke.hidden))
-        if draft.source is not None:
-            words = f"Source, {len(draft.source.anchors)} anchors"
-            self._strokes.addWidget(self._row(words, SOURCE, theme, None))
+        for line in _lines(document.draft):
+            self._strokes.addWidget(self._row(line, theme))
 
-    def _row(
-        self, words: str, colour: str, theme: Theme, which: int | None, hidden: bool = False
-    ) -> QWidget:
+    def _row(self, line: Line, theme: Theme) -> QWidget:
         row = QWidget(self)
-        line = QHBoxLayout(row)
-        line.setContentsMargins(0, 0, 0, 0)
+        across = QHBoxLayout(row)
+        across.setContentsMargins(0, 0, 0, 0)
         sign = QLabel(row)
-        sign.setPixmap(
-            icon("mdi6.vector-curve", theme, theme.faint if hidden else colour).pixmap(16, 16)
-        )
-        label = QLabel(words, row)
-        if hidden:
+        colour = theme.faint if line.hidden else line.colour
+        sign.setPixmap(icon(line.icon, theme, colour).pixmap(16, 16))
+        label = QLabel(line.words, row)
+        if line.hidden:
             label.setStyleSheet(f"color: {theme.faint};")
         bin_ = QToolButton(row)
         bin_.setIcon(icon("mdi6.delete-outline", theme))
-        bin_.setToolTip(f"Remove {words.split(',')[0].lower()}")
+        bin_.setToolTip(f"Remove {line.name}")
         bin_.setAccessibleName(bin_.toolTip())
-        bin_.clicked.connect(lambda: self._remove(which))
-        line.addWidget(sign)
-        line.addWidget(label, 1)
-        if which is not None:
-            line.addWidget(self._eye(row, words, theme, which, hidden))
-        line.addWidget(bin_)
+        bin_.clicked.connect(lambda: self._remove(line.which))
+        across.addWidget(sign)
+        across.addWidget(label, 1)
+        if isinstance(line.which, int):
+            across.addWidget(self._eye(row, line.name, theme, line.which, line.hidden))
+        across.addWidget(bin_)
         return row
 
-    def _eye(self, row: QWidget, words: str, theme: Theme, which: int, hidden: bool) -> QToolButton:
+    def _eye(self, row: QWidget, name: str, theme: Theme, which: int, hidden: bool) -> QToolButton:
         eye = QToolButton(row)
         eye.setIcon(icon("mdi6.eye-off-outline" if hidden else "mdi6.eye-outline", theme))
-        name = words.split(",")[0].lower()
         eye.setToolTip(f"Let {name} act again" if hidden else f"Put {name} aside")
         eye.setAccessibleName(eye.toolTip())
         eye.clicked.connect(lambda: self._hide(which, not hidden))
@@ -226,13 +224,48 @@ class EditPanel(Panel):
         label = "Curve put aside" if hidden else "Curve acts again"
         self._session.change(document.with_draft(draft), label)
 
-    def _remove(self, which: int | None) -> None:
+    def _remove(self, which: int | Literal["source", "pins"]) -> None:
         document = self._session.document
         if document is None:
             return
-        draft = document.draft
-        if which is None:
+        draft, label = document.draft, "Curve removed"
+        if which == "source":
             draft = replace(draft, source=None)
+        elif which == "pins":
+            draft, label = replace(draft, options=replace(draft.options, pins=())), "Pins removed"
         else:
             draft = replace(draft, strokes=draft.strokes[:which] + draft.strokes[which + 1 :])
-        self._session.change(document.with_draft(draft), "Curve removed")
+        self._session.change(document.with_draft(draft), label)
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of the list: a stroke by its number, the waiting source, or the pins."""
+
+    which: int | Literal["source", "pins"]
+    name: str
+    words: str
+    icon: str
+    colour: str
+    hidden: bool = False
+
+
+def _lines(draft: Draft) -> list[Line]:
+    """Return what the edit is made of, as lines of the list."""
+    made: list[Line] = []
+    for i, stroke in enumerate(draft.strokes):
+        words = _of("Curve", i + 1, stroke)
+        made.append(Line(i, f"curve {i + 1}", words, CURVE, TARGET, stroke.hidden))
+    if draft.source is not None:
+        made.append(Line("source", "source", _of("Source", None, draft.source), CURVE, SOURCE))
+    count = 0 if draft.roi is None else int(np.isin(draft.options.pins, draft.roi).sum())
+    if count:
+        words = "1 pin" if count == 1 else f"{count} pins"
+        made.append(Line("pins", words, words, "mdi6.pin-outline", PIN))
+    return made
+
+
+def _of(name: str, number: int | None, curve: Stroke | Source) -> str:
+    numbered = name if number is None else f"{name} {number}"
+    closed = "closed, " if curve.closed else ""
+    return f"{numbered}, {closed}{len(curve.anchors)} anchors"

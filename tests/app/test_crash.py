@@ -236,7 +236,7 @@ def test_a_bug_in_the_engine_thread_is_reported_too(
         raise ZeroDivisionError("deep in the engine")
 
     with qtbot.waitSignal(window.safety.watch.crashed) as caught:
-        session.jobs.submit("apply", work, lambda _result: None, session.report)
+        session.jobs.submit("apply", work, lambda _result: None, session.problems.report)
     assert "deep in the engine" in caught.args[0]
     assert "in work" in caught.args[0], "the report says where"
     assert session.document is document
@@ -376,15 +376,15 @@ def test_save_and_open_again(safe_window, qtbot, tmp_path: Path, monkeypatch) ->
     window.viewport.turn_by(0.7, 0.1)
     window.session.undo()
     window.session.undo()
-    with qtbot.waitSignal(window.session.unpacked):
-        window.session.open(written)
+    with qtbot.waitSignal(window.files.unpacked):
+        window.files.open(written)
     qtbot.waitUntil(settled(window))
     assert fingerprint(window.session.history.state()) == fingerprint(state)
     assert window.viewport.eye.same_as(eye)
     assert not window.safety.autosave.unsaved
     with qtbot.waitSignal(window.documents.saved):
         window.actions_table.trigger("file.save")
-    assert window.session.problem == ""
+    assert window.session.problems.sentence == ""
 
 
 def test_a_damaged_document_is_not_saved_over(safe_window, qtbot, tmp_path: Path) -> None:
@@ -394,9 +394,9 @@ def test_a_damaged_document_is_not_saved_over(safe_window, qtbot, tmp_path: Path
     with qtbot.waitSignal(window.documents.saved):
         window.documents.save_to(path)
     path.write_bytes(path.read_bytes()[:-2000])
-    with qtbot.waitSignal(window.session.unpacked):
-        window.session.open(path)
-    assert "damaged" in window.session.problem
+    with qtbot.waitSignal(window.files.unpacked):
+        window.files.open(path)
+    assert "damaged" in window.session.problems.sentence
     assert window.documents.path is None
 
 
@@ -407,9 +407,9 @@ def test_a_document_that_cannot_be_opened_leaves_the_old_one(
     document = window.session.document
     path = tmp_path / "a.eigenform"
     path.write_bytes(b"PK\x03\x04" + bytes(100))
-    window.session.open(path)
-    qtbot.waitUntil(lambda: bool(window.session.problem))
-    assert "a.eigenform" in window.session.problem
+    window.files.open(path)
+    qtbot.waitUntil(lambda: bool(window.session.problems.sentence))
+    assert "a.eigenform" in window.session.problems.sentence
     assert window.session.document is document
 
 
@@ -491,7 +491,7 @@ def test_what_killed_saves_left_is_swept_at_the_next_start(
 ) -> None:
     window = safe_window()
     with qtbot.waitSignal(window.session.opened, timeout=30_000):
-        window.session.open(sphere_file)
+        window.files.open(sphere_file)
     with beside(sphere_file, ".ply") as part:
         name = part.name
     stray = sphere_file.with_name(name.replace(f"-{os.getpid()}-", f"-{2**22 + 1}-"))
@@ -499,14 +499,14 @@ def test_what_killed_saves_left_is_swept_at_the_next_start(
     after = safe_window()
     qtbot.waitUntil(lambda: not stray.exists())
     assert sphere_file.exists()
-    assert after.session.problem == ""
+    assert after.session.problems.sentence == ""
 
 
 def test_opening_another_file_keeps_unsaved_work(safe_window, qtbot, sphere_file: Path) -> None:
     window = safe_window()
     work(window, qtbot)
     with qtbot.waitSignal(window.session.opened, timeout=30_000):
-        window.session.open(sphere_file)
+        window.files.open(sphere_file)
     assert "Restore unsaved work" in window.hint.text
     assert window.safety.autosave.flush()
     found = recover(window.safety.autosave.folder, kinds())

@@ -68,7 +68,7 @@ def test_paint_a_region_take_a_handle_and_make_it_symmetric(window, qtbot, artef
 
     recipe = Recipe.from_json(session.document.recipe.to_json(), kinds())
     assert (replay(recipe, first).vertices == session.document.mesh.vertices).all()
-    assert session.problem == ""
+    assert session.problems.sentence == ""
 
 
 def moved(mesh, other) -> float:

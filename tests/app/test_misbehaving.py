@@ -10,7 +10,7 @@ import pytest
 
 import app.jobs
 import app.patience
-import app.session
+import app.stepping
 import app.window
 from app.window import Window
 from plugins.registry import Found, find_tools
@@ -88,7 +88,7 @@ def test_a_step_that_hangs_is_left_behind(
     how: str, window: Window, bad: Bad, qtbot, monkeypatch
 ) -> None:
     monkeypatch.setattr(app.jobs, "SILENCE", 0.6)
-    monkeypatch.setattr(app.session, "HUNG", 0.3)
+    monkeypatch.setattr(app.stepping, "HUNG", 0.3)
     before = window.session.document
     use(window, bad, f"step {how}")
     qtbot.waitUntil(lambda: "bad" in window.toolhost.switched_off, timeout=10_000)
@@ -122,7 +122,7 @@ def test_work_that_was_interrupted_begins_again(
 ) -> None:
     """A preview that hangs inside the streaming of modes takes nothing with it."""
     monkeypatch.setattr(app.jobs, "SILENCE", 1.5)
-    monkeypatch.setattr(app.session, "HUNG", 0.3)
+    monkeypatch.setattr(app.stepping, "HUNG", 0.3)
     assert_usable(window, qtbot)
     use(window, bad, "step hangs")
     qtbot.waitUntil(lambda: "bad" in window.toolhost.switched_off, timeout=15_000)

@@ -119,7 +119,7 @@ def test_memory_is_flat_over_open_edit_and_undo(
     sizes: list[float] = []
     for number in range(rounds + 2):
         with qtbot.waitSignal(window.session.opened, timeout=60_000):
-            window.session.open(sphere_file)
+            window.files.open(sphere_file)
         qtbot.waitUntil(settled(window), timeout=60_000)
         edit(window, qtbot)
         while window.session.history.can_undo:
@@ -174,7 +174,7 @@ def test_a_document_that_goes_on_beneath_a_gesture_ends_it(window: Window, qtbot
     mouse.send(view, "release", (300, 300), Qt.KeyboardModifier.NoModifier)
     pump(None, 20)
     assert session.document is document
-    assert session.problem == ""
+    assert session.problems.sentence == ""
     assert window.toolhost.switched_off == set()
 
 

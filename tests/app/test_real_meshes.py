@@ -27,16 +27,16 @@ def test_a_real_mesh_is_edited_and_replays_to_the_same_bits(
     path = shared_meshes / "clean" / name
     window = make_window()
     session, view, hand = window.session, window.viewport, Mouse()
-    session.open(path)
+    window.files.open(path)
     qtbot.waitUntil(lambda: session.document is not None, timeout=60_000)
     first = session.document.mesh
     x, y = PLACES[name]
     hand.stroke(window, circle(view, x, y, 0.11))
     qtbot.waitUntil(settled(window), timeout=60_000)
     roi = session.document.draft.roi
-    assert roi is not None, session.problem
+    assert roi is not None, session.problems.sentence
     hand.stroke(window, bow(view, (x - 0.06, y), (x + 0.06, y)))
-    assert session.document.draft.source is not None, session.problem
+    assert session.document.draft.source is not None, session.problems.sentence
     hand.stroke(window, bow(view, (x - 0.06, y), (x + 0.06, y), -0.35))
     qtbot.waitUntil(settled(window), timeout=60_000)
     assert session.target_error < 0.5

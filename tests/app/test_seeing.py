@@ -111,7 +111,7 @@ def test_a_picture_to_trace_is_faded_moved_and_removed(
     assert overlay.backdrop is None
     (tmp_path / "no.png").write_text("no picture", encoding="utf-8")
     window.trace(tmp_path / "no.png")
-    assert "not a picture" in window.session.problem
+    assert "not a picture" in window.session.problems.sentence
 
 
 def test_v_flips_between_two_steps(window: Window, qtbot) -> None:
@@ -147,7 +147,7 @@ def test_a_file_that_takes_much_memory_is_asked_for(
 ) -> None:
     monkeypatch.setattr("engine.estimate", lambda _path: 3 * 2**30)
     document = window.session.document
-    window.session.open(sphere_file)
+    window.files.open(sphere_file)
     qtbot.waitUntil(window.plate.isVisible, timeout=30_000)
     assert "3.0 GiB" in window.plate.text
     assert window.session.document is document

@@ -60,7 +60,7 @@ def test_it_edits_in_the_window_and_replays_to_the_same_bytes(
 ) -> None:
     window = make_window()
     session = window.session
-    session.open(sphere_file)
+    window.files.open(sphere_file)
     qtbot.waitUntil(lambda: session.document is not None, timeout=30_000)
     first = session.document
     assert [str(failure) for failure in window.failures] == [
@@ -89,9 +89,9 @@ def test_it_edits_in_the_window_and_replays_to_the_same_bytes(
     picture(window, artefacts, "nudged")
 
     exported, recipe, again = (tmp_path / n for n in ("window.ply", "edit.json", "replay.ply"))
-    session.export(exported)
+    window.files.export(exported)
     qtbot.waitUntil(lambda: not session.jobs.busy("file"), timeout=30_000)
-    session.export_recipe(recipe)
+    window.files.export_recipe(recipe)
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(plugin), str(ROOT)])}
     command = [sys.executable, "-m", "app", "replay", str(recipe), str(sphere_file), str(again)]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, cwd=tmp_path)
@@ -115,7 +115,7 @@ def test_a_tool_that_raises_is_named_and_the_document_stays(
     assert "division by zero" in window.hint.text
     picture(window, artefacts, "raised")
     window.toolhost.choose("nudge")
-    assert window.session.problem == ""
+    assert window.session.problems.sentence == ""
 
 
 def test_without_the_plugin_its_step_is_kept_and_named(plugin: Path, tmp_path: Path) -> None:

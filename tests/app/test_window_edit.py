@@ -24,7 +24,7 @@ def region(window: Window, qtbot, hand: Mouse) -> None:
 def curve(window: Window, qtbot, hand: Mouse, sag: float) -> None:
     view = window.viewport
     hand.stroke(window, bow(view, (-0.12, 0.0), (0.12, 0.0)))
-    assert window.session.document.draft.source is not None, window.session.problem
+    assert window.session.document.draft.source is not None, window.session.problems.sentence
     hand.stroke(window, bow(view, (-0.12, 0.0), (0.12, 0.0), sag))
     qtbot.waitUntil(settled(window), timeout=30_000)
 
@@ -42,7 +42,7 @@ def test_a_whole_edit_at_two_levels_equals_its_replay(
 ) -> None:
     window = make_window()
     session = window.session
-    session.open(sphere_file)
+    window.files.open(sphere_file)
     qtbot.waitUntil(lambda: session.document is not None, timeout=30_000)
     first = session.document
     assert window.hint.text == "Circle the part you want to reshape"
@@ -81,9 +81,9 @@ def test_a_whole_edit_at_two_levels_equals_its_replay(
     assert (document.mesh.vertices[outside] == first.mesh.vertices[outside]).all()
 
     exported, recipe = tmp_path / "window.ply", tmp_path / "edit.json"
-    session.export(exported)
+    window.files.export(exported)
     qtbot.waitUntil(lambda: not session.jobs.busy("file"), timeout=30_000)
-    session.export_recipe(recipe)
+    window.files.export_recipe(recipe)
     again = replay(Recipe.from_json(recipe.read_text("utf-8"), kinds()), load(sphere_file))
     save(again, tmp_path / "replay.ply")
     assert exported.read_bytes() == (tmp_path / "replay.ply").read_bytes()
@@ -174,7 +174,7 @@ def test_two_strokes_are_solved_together(window: Window, qtbot) -> None:
     mouse.stroke(window, bow(view, (-0.1, 0.1), (0.1, 0.1)))
     mouse.stroke(window, bow(view, (-0.1, 0.1), (0.1, 0.1), 0.3))
     qtbot.waitUntil(settled(window), timeout=30_000)
-    assert len(session.document.draft.strokes) == 2, session.problem
+    assert len(session.document.draft.strokes) == 2, session.problems.sentence
     assert session.target_error < 0.5
 
 
@@ -185,14 +185,14 @@ def test_an_error_is_one_sentence_and_the_document_stays(
     first = session.document
     window.toolhost.set_options("lasso", type(window.toolhost.options_of("lasso"))(through=True))
     mouse.stroke(window, circle(window.viewport, 0, 0, 0.49, n=90))
-    qtbot.waitUntil(lambda: bool(session.problem), timeout=30_000)
+    qtbot.waitUntil(lambda: bool(session.problems.sentence), timeout=30_000)
     assert session.document is first
     assert "has no rim" in window.hint.text
     assert "Traceback" not in window.hint.text
     picture(window, artefacts, "error")
     window.toolhost.set_options("lasso", type(window.toolhost.options_of("lasso"))())
     region(window, qtbot, mouse)
-    assert session.problem == ""
+    assert session.problems.sentence == ""
     mouse.stroke(window, [(4, 4), (30, 4), (60, 4)])
     assert "not on the region" in window.hint.text
 
@@ -236,7 +236,7 @@ def test_a_file_that_cannot_be_read_is_said_and_nothing_changes(
     first = window.session.document
     broken = tmp_path / "broken.obj"
     broken.write_text("this is no mesh\n")
-    window.session.open(broken)
-    qtbot.waitUntil(lambda: bool(window.session.problem), timeout=30_000)
+    window.files.open(broken)
+    qtbot.waitUntil(lambda: bool(window.session.problems.sentence), timeout=30_000)
     assert "broken.obj" in window.hint.text
     assert window.session.document is first

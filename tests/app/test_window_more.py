@@ -24,7 +24,7 @@ def region(window: Window, qtbot, x: float = 0.0, y: float = 0.0, radius: float 
 def curve(window: Window, qtbot, sag: float, height: float = 0.0) -> None:
     ends = (-0.12, height), (0.12, height)
     Mouse().stroke(window, bow(window.viewport, *ends))
-    assert window.session.document.draft.source is not None, window.session.problem
+    assert window.session.document.draft.source is not None, window.session.problems.sentence
     Mouse().stroke(window, bow(window.viewport, *ends, sag))
     qtbot.waitUntil(settled(window), timeout=30_000)
 
@@ -52,7 +52,7 @@ def test_the_plane_of_symmetry_is_chosen(
     window.edit._more._head.click()
     assert box.isVisible()
     choose(box, "x")
-    assert session.symmetry == "x"
+    assert window.symmetry.which == "x"
     middle = sphere.bounds.mean(axis=0)[0]
     assert session.document.draft.options.mirror == (1.0, 0.0, 0.0, middle)
     assert window.actions_table.qt["region.mirror.x"].isChecked()
@@ -68,7 +68,7 @@ def test_the_plane_of_symmetry_is_chosen(
 
     window.actions_table.trigger("region.mirror.z")
     qtbot.waitUntil(settled(window), timeout=30_000)
-    assert session.symmetry == "z"
+    assert window.symmetry.which == "z"
     assert box.currentData() == "z"
     choose(box, "off")
     assert session.document.draft.options.mirror == ()
@@ -184,7 +184,7 @@ def test_a_stroke_along_the_outline_snaps_to_it(
     alt = Qt.KeyboardModifier.AltModifier
     Mouse().stroke(window, path, alt if how == "alt" else Qt.KeyboardModifier.NoModifier)
     source = session.document.draft.source
-    assert source is not None, session.problem
+    assert source is not None, session.problems.sentence
     edges, outline, _ = outline_edges(session.shown, view.view(), roi)
     assert np.isin(source.anchors, edges[outline]).mean() > 0.8
     qtbot.wait(100)

@@ -370,7 +370,7 @@ def test_obj_files_stand_along_y_and_u_turns_them(
     save(sphere, tmp_path / "form.obj")
     window = make_window()
     assert window.up_axis == "z"
-    window.session.open(tmp_path / "form.obj")
+    window.files.open(tmp_path / "form.obj")
     qtbot.waitUntil(lambda: window.session.document is not None, timeout=30_000)
     assert window.up_axis == "y"
     qtbot.keyClick(window.viewport, Qt.Key.Key_U)
@@ -397,7 +397,7 @@ def test_a_repaired_file_says_so_and_can_be_taken_as_it_is(
     lines += [f"f {a} {b} {c}" for a, b, c in faces]
     doubled.write_text("\n".join(lines) + "\n")
     window = make_window()
-    window.session.open(doubled)
+    window.files.open(doubled)
     qtbot.waitUntil(lambda: window.session.document is not None, timeout=30_000)
     assert len(window.session.document.mesh.faces) == len(sphere.faces)
     assert window.plate.isVisible()

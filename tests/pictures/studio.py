@@ -61,7 +61,7 @@ class Stage:
                 self.window.welcome.begin, Qt.ConnectionType.SingleShotConnection
             )
         before = self.window.session.document
-        self.window.session.open(path)
+        self.window.files.open(path)
         self.until(lambda: self.window.session.document is not before)
         self.rest()
 

@@ -129,7 +129,7 @@ class Monkey:
             (2, self.click_somewhere),
             (4, self.rest),
         ]
-        window.session.problem_changed.connect(self._note_problem)
+        window.session.problems.changed.connect(self._note_problem)
 
     def play(self, events: int, say: Callable[[str], object] = lambda _line: None) -> Walk:
         """Send so many events, then undo everything; return what was found.
@@ -278,7 +278,7 @@ class Monkey:
     def open_file(self) -> None:
         """Open a mesh or a document; sometimes wait for it."""
         path = self.dice.choice(self.files)
-        self._send(lambda: self.window.session.open(path))
+        self._send(lambda: self.window.files.open(path))
         if self.dice.random() < 0.6:
             self._wait(10.0)
 
@@ -356,7 +356,7 @@ class Monkey:
         return jobs.busy("file") or jobs.busy("save")
 
     def _note_problem(self) -> None:
-        problem = self.window.session.problem
+        problem = self.window.session.problems.sentence
         if problem:
             self.walk.problems[problem] += 1
             if "in Eigenform itself" in problem or "failed and was stopped" in problem:

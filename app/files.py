@@ -1,0 +1,112 @@
+"""Files: meshes and documents opened, meshes and recipes written, in the background."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import psutil
+from PySide6.QtCore import QObject, Signal
+
+import engine
+from app.session import Session
+from engine import Document, EngineError, Run
+from engine.archive import DOCUMENT_SUFFIX, Archive, open_archive
+from engine.files.place import write_file
+from plugins.registry import kinds
+
+CHANNEL = "file"
+HEAVY = 2**30  # bytes of memory: to open a file that takes more is worth a question
+
+
+class Files(QObject):
+    """Opens files into a session, and writes what is open; what is open stays until another is.
+
+    Signals
+    -------
+    unpacked(archive) : what is open came from a document file, with what else was in it.
+    imported(report) : the file was not taken as it stood; the report says what was done.
+    heavy(path, clean, bytes) : a file takes much memory to open, and nobody said that it shall.
+    """
+
+    unpacked = Signal(object)
+    imported = Signal(object)
+    heavy = Signal(object, bool, object)
+
+    def __init__(self, session: Session, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._session = session
+
+    def open(self, path: Path, *, clean: bool = True, sure: bool = False) -> None:
+        """Open a mesh or a document in the background; what is open stays until it is there.
+
+        Parameters
+        ----------
+        clean : repair what can be repaired; without, the file is taken as it is or refused.
+        sure : open also a file that takes much memory, without asking by `heavy`.
+        """
+        if path.suffix.lower() == DOCUMENT_SUFFIX:
+            self._open_document(path)
+            return
+
+        def work(run: Run) -> Any:
+            needed = 0 if sure else engine.estimate(path)
+            return needed if is_heavy(needed) else engine.open_file(path, clean, run)
+
+        def done(imported: Any) -> None:
+            if isinstance(imported, int):
+                self.heavy.emit(path, clean, imported)
+                return
+            self._session.start(Document.open(imported.mesh, path.name), path=path)
+            report = imported.report
+            if report.changed or report.warnings:
+                self.imported.emit(report)
+
+        self._session.jobs.submit(CHANNEL, work, done, self._session.problems.report, priority=1)
+
+    def _open_document(self, path: Path) -> None:
+        def done(archive: Archive) -> None:
+            # What was lost of a damaged file may yet be wanted: it is not saved over.
+            self._session.take_up(archive.history, None if archive.report else path)
+            self.unpacked.emit(archive)
+            if archive.report:
+                self._session.problems.say(" ".join(archive.report))
+
+        self._session.jobs.submit(
+            CHANNEL,
+            lambda _run: open_archive(path, kinds()),
+            done,
+            self._session.problems.report,
+            priority=1,
+        )
+
+    def export(self, path: Path) -> None:
+        """Write the mesh as it is after the steps applied so far, in the background."""
+        document = self._session.document
+        if document is None:
+            return
+        mesh = document.mesh
+        self._session.jobs.submit(
+            CHANNEL,
+            lambda _run: engine.save(mesh, path),
+            lambda _none: self._session.noticed.emit(f"Exported to {path.name}"),
+            self._session.problems.report,
+            priority=1,
+        )
+
+    def export_recipe(self, path: Path) -> None:
+        """Write the steps applied so far as a recipe that replays without a window."""
+        document = self._session.document
+        if document is None:
+            return
+        try:
+            write_file(path, document.recipe.to_json().encode("utf-8"))
+        except EngineError as error:
+            self._session.problems.report(error)
+            return
+        self._session.noticed.emit(f"Recipe saved to {path.name}")
+
+
+def is_heavy(needed: int) -> bool:
+    """Whether opening a file of so many bytes of memory is worth a question."""
+    return bool(needed > min(HEAVY, psutil.virtual_memory().available // 2))
