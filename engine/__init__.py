@@ -38,10 +38,10 @@ from engine.io import (
     sweep_strays,
 )
 from engine.mesh import Mesh, Topology
-from engine.mirror import middle_plane, mirrored_region, reflected, symmetry_plane
+from engine.mirror import middle_plane, mirrored_region, reflected, reflection, symmetry_plane
 from engine.morph import Morph
 from engine.operators import cotangent_stiffness, mean_curvature, vertex_areas
-from engine.patch_drag import drag_patch
+from engine.patch_drag import drag_patch, drag_patches
 from engine.prepared import PreparedEdit
 from engine.recipe import Kinds, Recipe, Step, UnknownStep, replay
 from engine.region import Region

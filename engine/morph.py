@@ -23,7 +23,7 @@ from engine.operators import laplacian
 from engine.rectify import ring_products, ring_rotations, turned
 from engine.run import Run
 
-# About a third of the region across: what a person would call its form.
+# About a third of the region across: what a person would call its form, unless told otherwise.
 FORM_MODES = 16
 _LEAST_SHARE = 4  # a small region keeps at least three quarters of its modes for detail
 
@@ -35,10 +35,11 @@ class Side:
     ----------
     mesh : the shape.
     roi : (r,) ids of the vertices that differ.
+    modes : how many of the first modes count as form.
     """
 
-    def __init__(self, mesh: Mesh, roi: I64, run: Run) -> None:
-        count = min(FORM_MODES, len(roi) // _LEAST_SHARE)
+    def __init__(self, mesh: Mesh, roi: I64, run: Run, modes: int = FORM_MODES) -> None:
+        count = min(modes, len(roi) // _LEAST_SHARE)
         self.parts = decompose(mesh, roi, count, run=run)
         region = self.parts.region
         k = min(count, self.parts.k)
@@ -70,6 +71,7 @@ class Morph:
     mesh : the one shape.
     other : the other one, on the same faces.
     roi : (r,) ids of the vertices that differ.
+    modes : how many of the first modes count as form; the rest is detail.
 
     Raises
     ------
@@ -77,11 +79,18 @@ class Morph:
         The shapes differ all over a part of the model, or only at open borders.
     """
 
-    def __init__(self, mesh: Mesh, other: Mesh, roi: I64, run: Run | None = None) -> None:
+    def __init__(
+        self,
+        mesh: Mesh,
+        other: Mesh,
+        roi: I64,
+        run: Run | None = None,
+        modes: int = FORM_MODES,
+    ) -> None:
         run = run or Run()
         self._mesh, self._other, self._roi = mesh, other, roi
         try:
-            self._sides = Side(mesh, roi, run), Side(other, roi, run)
+            self._sides = Side(mesh, roi, run, modes), Side(other, roi, run, modes)
         except RegionError as error:
             raise RegionError(
                 "Form and detail of these two cannot be told apart: nothing beside what differs "

@@ -1,7 +1,8 @@
-"""A patch of a region taken in hand: moved rigidly or scaled, the rest of the region follows."""
+"""Patches of a region taken in hand: moved rigidly or scaled, the rest of the region follows."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
@@ -18,6 +19,7 @@ from engine.rectify import ring_products, ring_rotations, turned
 from engine.run import Memo, Run
 
 Method = Literal["smooth", "rigid"]
+Motion = tuple[I64, ArrayLike]
 
 # More rounds let a surface that is pushed together buckle, which no designer asked for.
 _ROUNDS = 10
@@ -27,19 +29,19 @@ _LARGEST_STRETCH = 50.0
 
 
 class PatchDrag:
-    """A region and a patch of it, prepared to be dragged.
+    """A region and one or more patches of it, prepared to be dragged.
 
-    The free part of the region, between its rim and the patch, is taken apart into the surface at a
-    level and the details on it. Its surroundings are what stays and the patch, which goes as it is
-    told, its own details with it. Between them the surface at the level takes the displacements d
-    of least energy, with A the rows of `Lse` and B those of the surroundings,
+    The free part of the region, between its rim and the patches, is taken apart into the surface
+    at a level and the details on it. Its surroundings are what stays and each patch, which goes as
+    it is told, its own details with it. Between them the surface at the level takes the
+    displacements d of least energy, with A the rows of `Lse` and B those of the surroundings,
 
-        |A d + B d_out - t|^2,    t_i = M_i^-1/2 ((S - 1) K x)_i  for i in the patch's border,
+        |A d + B d_out - t|^2,    t_i = M_i^-1/2 ((S - 1) K x)_i  for i in a patch's border,
 
-    that is, the Laplacian coordinates of the patch's border are carried by its own linear map S, so
+    that is, the Laplacian coordinates of a patch's border are carried by its own linear map S, so
     that the surface leaves the patch as smoothly as before. Method "rigid" then goes on with
     as-rigid-as-possible rounds. The details are turned and put back (Eqs. 18 to 20); they are zero
-    at the patch and at the rim.
+    at the patches and at the rim.
 
     Source: Sorkine et al. 2004; Sorkine and Alexa 2007; Orbay et al. 2012 for the details.
 
@@ -47,7 +49,7 @@ class PatchDrag:
     ----------
     mesh : the mesh.
     roi : (m,) vertex ids of the region.
-    patch : (p,) vertex ids of the patch, inside the region.
+    patch : (p,) vertex ids of all patches, inside the region.
     level : level of detail in 0..1 of the surface that is bent.
 
     Raises
@@ -69,7 +71,6 @@ class PatchDrag:
         m = parts.m
         self._mesh = mesh
         self._parts = parts
-        self._patch = patch
         self._k = parts.mode_count(level)
         self._rest = parts.surface(self._k)
         self._lse = lse = Lse(region, (self._rest - region.centre) / region.scale)
@@ -77,57 +78,65 @@ class PatchDrag:
         A = sp.csr_array(rows)
         self._free = sp.csr_array(A[:, : 3 * m].T)
         self._around = sp.csr_array(A[:, 3 * m :])
-        self._carried = np.isin(region.patch[m:], patch)
+        carried = np.isin(region.patch[m:], patch)
         borders = np.flatnonzero(lse.rows >= m)
-        self._borders = borders[self._carried[lse.rows[borders] - m]]
+        self._borders = borders[carried[lse.rows[borders] - m]]
         of = lse.rows[self._borders]
         bend = sp.csr_array(lse.stiffness[of]) @ lse.positions
         self._bend: F64 = bend / np.sqrt(lse.areas[of])[:, None]
         self._rings = ring_products(lse.positions, lse.stiffness, np.arange(m))
         self._polish: Polish | None = None
 
-    def moved(self, matrix: ArrayLike, method: Method, run: Run | None = None) -> F64:
-        """Return all vertices (n, 3) after the patch went by `matrix`.
+    def moved(self, motions: Sequence[Motion], method: Method, run: Run | None = None) -> F64:
+        """Return all vertices (n, 3) after each patch went by its matrix.
 
         Parameters
         ----------
-        matrix : (4, 4) similarity, x' = matrix @ (x, 1), mesh units.
+        motions : the ids of each patch and its (4, 4) similarity, x' = matrix @ (x, 1), mesh units.
         method : "smooth" for the linear solve alone, "rigid" to keep shapes in larger turns.
 
         Raises
         ------
         SketchError
-            The matrix is no sensible similarity.
+            A matrix is no sensible similarity.
         SolveError
             The surface is not finite or runs away.
         """
         run = run or Run()
-        M = checked_similarity(matrix)
+        told = [(ids, checked_similarity(matrix)) for ids, matrix in motions]
         region = self._parts.region
         vertices = self._mesh.vertices.copy()
-        if (np.eye(4) == M).all():
+        if all((np.eye(4) == M).all() for _, M in told):
             return vertices
-        around = self._surroundings(M)
-        d = self._bent(around, M[:3, :3])
+        around = self._surroundings(told)
+        d = self._bent(around, told)
         if method == "rigid":
             d = self._relaxed(d, around, run)
         self._guard(d, around.moved)
         run.tick(0.9, "Putting the details back")
         vertices[region.roi] = self._detailed(d, around.moved)
-        vertices[self._patch] = self._mesh.vertices[self._patch] @ M[:3, :3].T + M[:3, 3]
+        for ids, M in told:
+            vertices[ids] = self._mesh.vertices[ids] @ M[:3, :3].T + M[:3, 3]
         return vertices
 
-    def _surroundings(self, M: F64) -> Surroundings:
+    def _surroundings(self, told: list[tuple[I64, F64]]) -> Surroundings:
         region = self._parts.region
-        x = self._mesh.vertices[region.patch[self._parts.m :]]
-        carried = self._carried[:, None]
-        moved = np.where(carried, (x @ M[:3, :3].T + M[:3, 3] - x) / region.scale, 0.0)
-        turns = np.where(carried[:, :, None], M[:3, :3], np.eye(3))
+        at = region.patch[self._parts.m :]
+        x = self._mesh.vertices[at]
+        moved, turns = np.zeros((len(at), 3)), np.tile(np.eye(3), (len(at), 1, 1))
+        for ids, M in told:
+            carried = np.isin(at, ids)[:, None]
+            moved = np.where(carried, (x @ M[:3, :3].T + M[:3, 3] - x) / region.scale, moved)
+            turns = np.where(carried[:, :, None], M[:3, :3], turns)
         return Surroundings(moved, turns)
 
-    def _bent(self, around: Surroundings, linear: F64) -> F64:
+    def _bent(self, around: Surroundings, told: list[tuple[I64, F64]]) -> F64:
         wanted = np.zeros((len(self._lse.rows), 3))
-        wanted[self._borders] = self._bend @ (linear - np.eye(3)).T
+        at = self._parts.region.patch[self._lse.rows[self._borders]]
+        for ids, M in told:
+            bent = self._bend @ (M[:3, :3] - np.eye(3)).T
+            carried = np.isin(at, ids)[:, None]
+            wanted[self._borders] = np.where(carried, bent, wanted[self._borders])
         load = wanted.ravel() - self._around @ around.moved.ravel()
         return self._lse.factor.solve(self._free @ load).reshape(-1, 3)
 
@@ -168,16 +177,34 @@ def drag_patch(
     method: Method = "smooth",
     run: Run | None = None,
 ) -> Mesh:
-    """Return the mesh with a patch moved by a similarity, the region around it following.
+    """Return the mesh with a patch moved by a similarity, the region around it following."""
+    return drag_patches(mesh, roi, [(patch, matrix)], level, method, run)
 
-    What does not depend on the matrix is kept in `run.memo`, so that the next call is one solve.
+
+def drag_patches(
+    mesh: Mesh,
+    roi: I64,
+    motions: Sequence[Motion],
+    level: float = 0.0,
+    method: Method = "smooth",
+    run: Run | None = None,
+) -> Mesh:
+    """Return the mesh with patches moved at once, each by its similarity, the region following.
+
+    What does not depend on the matrices is kept in `run.memo`, so that the next call is one solve.
+
+    Parameters
+    ----------
+    motions : the ids of each patch, no id in two of them, and its matrix (4, 4).
     """
     run = run or Run()
     # Factors are large: only the newest is kept.
     prepared: Memo = run.memo.get("patch drags", lambda: Memo(1))
+    patches = [patch for patch, _ in motions]
+    patch = patches[0] if len(patches) == 1 else np.unique(np.concatenate(patches))
     key = (mesh.digest, roi.tobytes(), patch.tobytes(), level)
     drag = prepared.get(key, lambda: PatchDrag(mesh, roi, patch, level, run))
-    return mesh.with_vertices(drag.moved(matrix, method, run))
+    return mesh.with_vertices(drag.moved(motions, method, run))
 
 
 def checked_similarity(matrix: ArrayLike) -> F64:

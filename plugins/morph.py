@@ -9,6 +9,7 @@ import numpy as np
 
 from plugins.api import F64, I64, DataStep, EngineError, Mesh, Morph, Run
 
+MOST_MODES = 400
 SHARE = {"min": 0.0, "max": 1.0, "step": 0.01}
 
 
@@ -21,12 +22,14 @@ class MorphStep(DataStep):
     roi : (r,) ids of the vertices that differ.
     other : 3 r numbers, where the other variant has them: x, y, z of the first, and so on.
     form, detail : 0 for this one, 1 for the other.
+    modes : how many of the first modes count as form; what is finer is detail.
     """
 
     roi: I64
     other: tuple[float, ...]
     form: float = field(default=0.0, metadata=SHARE)
     detail: float = field(default=0.0, metadata=SHARE)
+    modes: int = field(default=16, metadata={"min": 1, "max": MOST_MODES})
     kind: ClassVar[str] = "morph"
     label: ClassVar[str] = "Morph"
 
@@ -41,8 +44,8 @@ class MorphStep(DataStep):
             )
         other = np.array(self.other).reshape(-1, 3)
         morph = run.memo.get(
-            ("morph", mesh.digest, roi.tobytes(), other.tobytes()),
-            lambda: Morph(mesh, _placed(mesh, roi, other), roi, run),
+            ("morph", mesh.digest, roi.tobytes(), other.tobytes(), self.modes),
+            lambda: Morph(mesh, _placed(mesh, roi, other), roi, run, self.modes),
         )
         return mesh.with_vertices(morph.at(self.form, self.detail))
 

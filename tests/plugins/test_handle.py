@@ -81,3 +81,49 @@ def test_the_handle_works_at_the_level_of_the_slider(context: FlatContext) -> No
     context.document = context.document.with_draft(draft)
     assert do(Handle(), context, line((0, 0), (9, 0))).level == 0.25
     assert context.view == from_above()
+
+
+def test_across_a_plane_the_twin_goes_the_mirrored_way(context: FlatContext) -> None:
+    """The far side moves as if its own image had been dragged, and the same recipe says so."""
+    context = symmetric(context)
+    context.options = HandleOptions(radius=12.0)
+    step = do(Handle(), context, line((18, 4), (26, 12)))
+    mesh = context.document.mesh
+    assert len(step.twin) > 5
+    assert (mesh.vertices[step.patch, 0] > 0).all()
+    assert (mesh.vertices[step.twin, 0] < 0).all()
+    after = step.apply(mesh).vertices
+    way = after - mesh.vertices
+    assert way[step.patch] == pytest.approx(np.tile([8.0, 8, 0], (len(step.patch), 1)), abs=1e-9)
+    assert way[step.twin] == pytest.approx(np.tile([-8.0, 8, 0], (len(step.twin), 1)), abs=1e-9)
+    again = HandleStep.from_json(step.to_json())
+    assert (again.apply(mesh).vertices == after).all()
+
+
+@pytest.mark.parametrize("keys", [{}, {"shift": True}, {"ctrl": True}])
+def test_on_the_plane_a_handle_keeps_to_it(context: FlatContext, keys: dict[str, bool]) -> None:
+    """A patch that meets its own image stays symmetric: no way across, no turn out of the plane."""
+    context = symmetric(context)
+    step = do(Handle(), context, line((0.5, 0), (15, 12)), **keys)
+    assert len(step.twin) == 0
+    mirror = np.diag([-1.0, 1, 1, 1])
+    M = np.array(step.matrix).reshape(4, 4)
+    assert mirror @ M @ mirror == pytest.approx(M, abs=1e-6)
+    assert np.abs(M - np.eye(4)).max() > 0.01, "something moves all the same"
+
+
+def test_a_step_kept_before_there_were_twins_is_read(context: FlatContext) -> None:
+    step = do(Handle(), context, line((0, 0), (12, 5)))
+    old = {name: value for name, value in step.to_json().items() if name not in ("twin", "mirror")}
+    mesh = context.document.mesh
+    assert (HandleStep.from_json(old).apply(mesh).vertices == step.apply(mesh).vertices).all()
+
+
+def symmetric(context: FlatContext) -> FlatContext:
+    """The context with edits mirrored across x = 0, on a plate whose two sides are alike."""
+    from dataclasses import replace
+
+    draft = context.document.draft
+    options = replace(draft.options, mirror=(1.0, 0.0, 0.0, 0.0))
+    context.document = context.document.with_draft(replace(draft, options=options))
+    return context

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -105,3 +107,22 @@ def test_what_has_nothing_between_is_refused(flat: Mesh) -> None:
     everywhere = MorphStep(step.roi, step.other, 0.5, 0.5)
     with pytest.raises(EngineError, match="stays the same"):
         everywhere.apply(ball)
+
+
+def test_where_form_ends_is_the_persons_choice(flat: Mesh) -> None:
+    """With more modes in the form, more of what is between the two moves with the form."""
+    other = variant(0.2, (0, 1))
+    step = morph_between(flat, other)
+    assert step.modes == 16
+    left = []
+    for modes in (1, 16, 300):
+        got = replace(step, form=1.0, detail=0.0, modes=modes).apply(flat)
+        left.append(float(np.linalg.norm(got.vertices - other.vertices)))
+    assert left[0] > 1.2 * left[1] > 2 * left[2]
+
+
+def test_a_step_kept_before_the_cut_could_be_set_gives_the_same_bits(flat: Mesh) -> None:
+    step = replace(morph_between(flat, variant(0.2, (0, 1))), form=0.7, detail=0.2)
+    old = step.to_json()
+    del old["modes"]
+    assert (MorphStep.from_json(old).apply(flat).vertices == step.apply(flat).vertices).all()
