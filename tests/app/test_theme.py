@@ -1,0 +1,33 @@
+"""Another theme: widgets take it some in each turn of the loop, and are shown in it at once."""
+
+from __future__ import annotations
+
+import pytest
+
+pytestmark = pytest.mark.window
+
+
+def panels(window):
+    """The pictures of two panels, full of buttons, fields and sliders."""
+    return window.level.grab().toImage(), window.edit.grab().toImage()
+
+
+def test_a_window_that_changes_its_theme_looks_like_one_made_in_it(make_window, qtbot):
+    changed = make_window(theme="dark")
+    dark = panels(changed)
+    changed.appearance.choose("light")
+    qtbot.waitUntil(lambda: not changed.appearance.restyling)
+    light = panels(changed)
+    assert all(a != b for a, b in zip(dark, light, strict=True))
+    assert list(light) == list(panels(make_window(theme="light")))
+
+
+def test_nothing_is_painted_in_two_themes(make_window, qtbot):
+    window = make_window(theme="dark")
+    window.appearance.choose("light")
+    assert window.appearance.restyling
+    assert not window.updatesEnabled()
+    window.appearance.choose("dark")  # before the first was done
+    qtbot.waitUntil(lambda: not window.appearance.restyling)
+    assert window.updatesEnabled()
+    assert window.appearance.theme.name == "dark"
