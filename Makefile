@@ -14,6 +14,9 @@ export VENV PYTHON
 
 # Several BLAS threads in several test processes are slower than one each.
 TEST_ENV = OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 QT_QPA_PLATFORM=xcb PYTHONFAULTHANDLER=1
+# LOCALE=de_DE.UTF-8 runs the tests under that locale, made with localedef if the system lacks it.
+LOCALE ?=
+TEST_ENV += EIGENFORM_TEST_LOCALE=$(LOCALE)
 PYTEST = $(TEST_ENV) xvfb-run -a -s "-screen 0 1600x1200x24" $(PY) -m pytest
 
 .PHONY: run test check lint format types layers bench pictures soak clean

@@ -15,6 +15,8 @@ from pathlib import Path
 
 import pytest
 
+from tests import comma_locale
+
 ROOT = Path(__file__).resolve().parents[1]
 OURS = ("app", "engine", "plugins", "resources")
 # Threads that belong to libraries and live as long as the process.
@@ -29,12 +31,22 @@ LASTING_THREADS = (
     "tokio",
 )
 
+_locale = ""
 _xvfb: subprocess.Popen[bytes] | None = None
 
 
+def pytest_report_header() -> list[str]:
+    """Say which locale the tests run under, if one was asked for."""
+    return [_locale] if _locale else []
+
+
 def pytest_configure(config: pytest.Config) -> None:
-    """Give each parallel worker a screen of its own, so that none takes another's focus."""
-    global _xvfb
+    """Enter the wanted locale, and give each parallel worker a screen of its own.
+
+    So none takes another's focus.
+    """
+    global _locale, _xvfb
+    _locale = comma_locale.enter(ROOT / "build" / "locales")
     parallel = "PYTEST_XDIST_WORKER" in os.environ
     if not parallel or not sys.platform.startswith("linux") or shutil.which("Xvfb") is None:
         return
@@ -102,6 +114,16 @@ def _no_logged_warning(request: pytest.FixtureRequest) -> Iterator[None]:
     if handler.records and "caplog" not in request.fixturenames:
         lines = [f"{r.name}: {r.getMessage()}" for r in handler.records]
         pytest.fail("logged and not expected:\n" + "\n".join(lines), pytrace=False)
+
+
+@pytest.fixture(autouse=True)
+def _locale_stays() -> Iterator[None]:
+    """Fail when a test leaves another decimal point: the tests after it would prove nothing."""
+    before = comma_locale.decimal_point()
+    yield
+    after = comma_locale.decimal_point()
+    if after != before:
+        pytest.fail(f"the decimal point was “{before}” and is “{after}” now", pytrace=False)
 
 
 def _threads() -> set[threading.Thread]:
