@@ -26,12 +26,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.document import Document, History, HistoryState, Moment
-from engine.errors import EngineError, FileError
+from engine.errors import Cancelled, EngineError, FileError
 from engine.files.place import beside, put_in_place, real_target, sweep_strays
 from engine.mesh import Mesh
 from engine.npy import npy_array, npy_header
 from engine.packing import Packer, Unpacker, array_key, history_state, readable_moments, redo_links
 from engine.recipe import Kinds
+from engine.run import Run
 
 if TYPE_CHECKING:
     from typing_extensions import Buffer
@@ -166,13 +167,14 @@ def _check_whole(path: Path, name: str) -> None:
         ) from error
 
 
-def open_archive(path: str | Path, kinds: Kinds) -> Archive:
+def open_archive(path: str | Path, kinds: Kinds, run: Run | None = None) -> Archive:
     """Read a document file; a damaged one gives back what can be saved, and says so.
 
     Parameters
     ----------
     path : the file.
     kinds : the steps that are known; others are kept as they were written.
+    run : progress and cancel, for a damaged file whose surfaces are computed again.
 
     Raises
     ------
@@ -182,7 +184,9 @@ def open_archive(path: str | Path, kinds: Kinds) -> Archive:
     """
     path = Path(path)
     try:
-        return _Reading(path, kinds).archive()
+        return _Reading(path, kinds, run).archive()
+    except Cancelled:
+        raise
     except OSError as error:
         raise FileError(f"“{path.name}” cannot be read: {error.strerror or error}.") from error
     except EngineError as error:
@@ -293,9 +297,10 @@ def _array(data: bytes, key: str) -> NDArray[Any]:
 class _Reading:
     """One reading of a file: what it gives, and what was lost on the way."""
 
-    def __init__(self, path: Path, kinds: Kinds) -> None:
+    def __init__(self, path: Path, kinds: Kinds, run: Run | None) -> None:
         self._members = _Members(path)
         self._kinds = kinds
+        self._run = run
         self._report = self._members.report
         self._arrays: dict[str, NDArray[Any]] = {}
 
@@ -354,7 +359,7 @@ class _Reading:
         if not (isinstance(meshes, dict) and isinstance(steps, dict) and isinstance(entries, list)):
             raise FileError("Its list of contents is not that of a document.")
         unpacker = Unpacker(meshes, steps, self._fetch, self._kinds)
-        moments, lost = readable_moments(entries, unpacker)
+        moments, lost = readable_moments(entries, unpacker, self._run)
         self._report += lost
         return moments
 

@@ -17,13 +17,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.arrays import frozen
+from engine.applied import applied
+from engine.arrays import I64, frozen
 from engine.document import Document, HistoryState, Moment
 from engine.edit import check_options, check_stroke
-from engine.errors import EngineError, FileError
+from engine.errors import Cancelled, EngineError, FileError
 from engine.mesh import Mesh
 from engine.plain import INLINE, Fetch, dataclass_from_plain, to_plain
 from engine.recipe import Kinds, Recipe, Step, UnknownStep
+from engine.run import Run
 
 APART = ("original", "mesh", "recipe")
 """Fields of a document that have tables of their own."""
@@ -123,9 +125,7 @@ class Packer:
     def _rows(self, mesh: Mesh, base_key: str, base: Mesh) -> dict[str, Any] | None:
         if mesh.n != base.n:
             return None
-        # Compared as bit patterns: -0.0 and 0.0 are not the same bytes.
-        differs = (mesh.vertices.view(np.int64) != base.vertices.view(np.int64)).any(axis=1)
-        rows = np.flatnonzero(differs)
+        rows = _moved_rows(mesh, base)
         if 2 * len(rows) > mesh.n:
             return None
         values = self.array(mesh.vertices[rows])
@@ -190,6 +190,17 @@ class Packer:
         }
 
 
+def _moved_rows(mesh: Mesh, base: Mesh) -> I64:
+    """Return the vertices of `mesh` that are elsewhere in `base`, by a single bit or more."""
+    # Compared as bit patterns: -0.0 and 0.0 are not the same bytes.
+    differs = (mesh.vertices.view(np.int64) != base.vertices.view(np.int64)).any(axis=1)
+    return np.flatnonzero(differs)
+
+
+def _stored_key(array: NDArray[Any]) -> str:
+    return array_key(stored_form(array))
+
+
 def _mentions(data: Any, word: str) -> bool:
     if isinstance(data, dict):
         return word in data or any(_mentions(entry, word) for entry in data.values())
@@ -250,8 +261,14 @@ class Unpacker:
             self._arrays[key] = frozen(stored, np.int64) if stored.dtype.kind == "i" else stored
         return self._arrays[key]
 
-    def _recipe(self, keys: list[Any], digest: str, muted: list[int]) -> Recipe:
-        """Return a recipe; documents that shared one share it again."""
+    def _recipe_of(self, document: dict[str, Any]) -> Recipe:
+        """Return a document's recipe; documents that shared one share it again."""
+        keys, muted = document.get("steps"), document.get("muted", [])
+        if not isinstance(keys, list) or not isinstance(muted, list):
+            raise FileError("A document in the file has no list of steps.")
+        if not all(type(i) is int and 0 <= i < len(keys) for i in muted):
+            raise FileError("A document in the file mutes a step that it does not have.")
+        digest = str(document.get("digest", ""))
         steps = tuple(self.step(key) for key in keys)
         what = (tuple(keys), digest, frozenset(muted))
         return self._recipes.setdefault(what, Recipe(steps, digest, what[2]))
@@ -294,6 +311,50 @@ class Unpacker:
         vertices.flags.writeable = False
         return base.with_vertices(vertices)
 
+    def recompute(self, data: Any, parent: Document | None, run: Run | None) -> None:
+        """Make the damaged surface of a document again, by its steps.
+
+        Parameters
+        ----------
+        data : the document; its surface cannot be read.
+        parent : the document that it came from, if that is known; what its steps gave is taken up.
+        run : progress, cancel.
+
+        Raises
+        ------
+        EngineError
+            The steps cannot be done, or give another surface than the one that was written: what
+            is left of it tells, for every array is named by its digest.
+        """
+        if not isinstance(data, dict):
+            raise FileError("A document in the file has no data.")
+        key = str(data.get("mesh"))
+        entry = _entry(self._meshes, key, "surface")
+        recipe = self._recipe_of(data)
+        mesh = self.mesh(data.get("original"))
+        done = 0
+        if parent is not None and parent.original is mesh and _begins(recipe, parent.recipe):
+            mesh, done = parent.mesh, len(parent.recipe.steps)
+        for i, step in enumerate(recipe.steps[done:], done):
+            if i not in recipe.muted:
+                mesh = applied(step, mesh, run)
+        if not self._is_written_as(mesh, entry):
+            raise FileError("A surface in the file is damaged, and its steps give another one.")
+        self._made[key] = mesh
+        if "faces" in entry:
+            self._by_faces.setdefault((entry["faces"], mesh.n), mesh)
+
+    def _is_written_as(self, mesh: Mesh, entry: dict[str, Any]) -> bool:
+        if "faces" in entry:
+            keys = (_stored_key(mesh.faces), _stored_key(mesh.vertices))
+            return keys == (entry["faces"], entry.get("vertices"))
+        base = self.mesh(entry.get("base"))
+        if mesh.n != base.n or not np.array_equal(mesh.faces, base.faces):
+            return False
+        rows = _moved_rows(mesh, base)
+        keys = (_stored_key(rows), _stored_key(mesh.vertices[rows]))
+        return keys == (entry.get("rows"), entry.get("values"))
+
     def step(self, key: Any) -> Step:
         """Return the step of a key; one whose kind is not known is kept as it was written."""
         entry = _entry(self._steps, key, "step")
@@ -334,16 +395,11 @@ class Unpacker:
         """Return a document; its ids are checked against its mesh."""
         if not isinstance(data, dict):
             raise FileError("A document in the file has no data.")
-        steps, muted = data.get("steps"), data.get("muted", [])
-        if not isinstance(steps, list) or not isinstance(muted, list):
-            raise FileError("A document in the file has no list of steps.")
-        if not all(type(i) is int and 0 <= i < len(steps) for i in muted):
-            raise FileError("A document in the file mutes a step that it does not have.")
         given: dict[str, Any] = {
             "original": self.mesh(data.get("original")),
             "mesh": self.mesh(data.get("mesh")),
+            "recipe": self._recipe_of(data),
         }
-        given["recipe"] = self._recipe(steps, str(data.get("digest", "")), muted)
         document = dataclass_from_plain(Document, data, self._fetch, given)
         _check_ids(document)
         return document
@@ -397,10 +453,21 @@ def _ids_in_texts(data: Any) -> int:
     return sum(max(0, int(pair[-1][:20]) - int(pair[0][:20])) + 1 for pair in pairs)
 
 
+def _begins(recipe: Recipe, with_this: Recipe) -> bool:
+    """Whether the steps of `recipe` begin with all those of another one, muted alike."""
+    count = len(with_this.steps)
+    same = len(recipe.steps) >= count and all(
+        a is b for a, b in zip(recipe.steps, with_this.steps, strict=False)
+    )
+    return same and {i for i in recipe.muted if i < count} == set(with_this.muted)
+
+
 def readable_moments(
-    entries: Iterable[Any], unpacker: Unpacker
+    entries: Iterable[Any], unpacker: Unpacker, run: Run | None = None
 ) -> tuple[dict[int, Moment], list[str]]:
     """Return the moments that can be read, by id, and a sentence about those that cannot.
+
+    A moment whose surface is damaged comes back where its steps give that very surface again.
 
     Raises
     ------
@@ -408,20 +475,52 @@ def readable_moments(
         Not one can be read; the reason is that of the first.
     """
     moments: dict[int, Moment] = {}
-    errors: list[EngineError] = []
+    broken: list[tuple[Any, EngineError]] = []
     for entry in entries:
         try:
             moment = unpacker.moment(entry)
         except EngineError as error:
-            errors.append(error)
+            broken.append((entry, error))
         else:
             moments[moment.id] = moment
     if not moments:
-        raise errors[0] if errors else FileError("It holds no surface.")
-    if not errors:
-        return moments, []
-    total = len(moments) + len(errors)
-    return moments, [f"{len(errors)} of {total} states could not be read. {errors[0]}"]
+        raise broken[0][1] if broken else FileError("It holds no surface.")
+    errors: list[EngineError] = []
+    for entry, reason in broken:
+        try:
+            moment = _recomputed(entry, unpacker, moments, run)
+        except Cancelled:
+            raise
+        except EngineError:
+            errors.append(reason)
+        else:
+            moments[moment.id] = moment
+    report = []
+    total, again = len(moments) + len(errors), len(broken) - len(errors)
+    if errors:
+        report.append(f"{len(errors)} of {total} states could not be read. {errors[0]}")
+    if again:
+        report.append(
+            f"{again} of {total} states {'was' if again == 1 else 'were'} damaged and computed "
+            "again from the steps: to the last bit what had been saved."
+        )
+    return moments, report
+
+
+def _recomputed(
+    entry: Any, unpacker: Unpacker, moments: Mapping[int, Moment], run: Run | None
+) -> Moment:
+    """Return a moment after its surface was made again."""
+    try:
+        # Another moment with the same surface may have come first.
+        return unpacker.moment(entry)
+    except EngineError:
+        if not isinstance(entry, dict):
+            raise
+    parent = entry.get("parent")
+    known = moments.get(parent) if type(parent) is int else None
+    unpacker.recompute(entry.get("document"), None if known is None else known.document, run)
+    return unpacker.moment(entry)
 
 
 def redo_links(data: Any) -> dict[int, int]:

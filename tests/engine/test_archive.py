@@ -19,12 +19,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine import (
+    Cancelled,
     Document,
     Draft,
     EditOptions,
     EngineError,
     FileError,
     History,
+    Mesh,
+    Run,
     SketchEdit,
     Source,
     Stroke,
@@ -32,7 +35,7 @@ from engine import (
 )
 from engine.archive import FORMAT_VERSION, Archive, open_archive, save_archive
 from engine.files.place import beside
-from tests.engine.histories import KINDS, PNG, fingerprint, grid, history, view
+from tests.engine.histories import KINDS, PNG, Nudge, fingerprint, grid, history, view
 
 WINDOW = {"camera": [0.1, 2, None, "a"], "open": {"x": True}}
 
@@ -245,13 +248,74 @@ def test_spliced_swapped_and_blanked(whole: tuple[bytes, str], tmp_path: Path) -
         outcome(path, mark)
 
 
-def test_a_lost_state_costs_only_itself(whole: tuple[bytes, str], tmp_path: Path) -> None:
-    def lose_rows_of_last(members: dict[str, bytes]) -> None:
-        manifest = json.loads(members["manifest.json"])
-        lost = manifest["moments"][-1]["document"]["mesh"]
-        del members[f"arrays/{manifest['meshes'][lost]['values']}.npy"]
+def without_surfaces(data: bytes, path: Path, arrays: tuple[str, ...]) -> Path:
+    """Write the document file `data` without the `arrays` of the surfaces that steps made."""
 
-    path = rewritten(whole[0], tmp_path / "a.eigenform", lose_rows_of_last)
+    def lose(members: dict[str, bytes]) -> None:
+        meshes = json.loads(members["manifest.json"])["meshes"]
+        for entry in meshes.values():
+            if "base" in entry:
+                for name in arrays:
+                    members.pop(f"arrays/{entry[name]}.npy", None)
+
+    return rewritten(data, path, lose)
+
+
+def test_lost_surfaces_are_computed_again_from_the_steps(
+    whole: tuple[bytes, str], tmp_path: Path
+) -> None:
+    path = without_surfaces(whole[0], tmp_path / "a.eigenform", ("values",))
+    found = open_archive(path, KINDS)
+    assert fingerprint(found.state) == whole[1]
+    (told,) = found.report
+    assert told.startswith("3 of 6 states were damaged and computed again from the steps")
+
+
+def test_what_a_step_no_longer_gives_is_lost(whole: tuple[bytes, str], tmp_path: Path) -> None:
+    path = without_surfaces(whole[0], tmp_path / "a.eigenform", ("values",))
+
+    class Changed(Nudge):
+        def apply(self, mesh: Mesh, run: Run | None = None) -> Mesh:
+            moved = super().apply(mesh, run).vertices
+            return mesh.with_vertices(np.nextafter(moved, np.inf))
+
+    for kinds in ({"nudge": Changed}, {}):
+        found = open_archive(path, kinds)
+        assert sorted(found.state.moments) == [0, 1, 2]
+        assert found.report[0].startswith("3 of 6 states could not be read.")
+
+
+def test_a_sketch_is_computed_again_and_a_cancel_is_heard(tmp_path: Path) -> None:
+    mesh = grid(20)
+    roi = np.flatnonzero(np.hypot(*(mesh.vertices[:, :2] - 1 / 6).T) < 0.12)
+    anchors = roi[len(roi) // 2 : len(roi) // 2 + 3]
+    stroke = Stroke(anchors, view(), Source(anchors, view()).still(mesh).target + 5.0)
+    begun = History(Document.open(mesh))
+    for level in (0.3, 0.8):
+        edit = SketchEdit(roi, level, (stroke,), EditOptions())
+        begun.add(begun.current.with_step(edit, edit.apply(begun.current.mesh)), "Sketch")
+    save_archive(tmp_path / "whole.eigenform", begun.state())
+    data = (tmp_path / "whole.eigenform").read_bytes()
+    path = without_surfaces(data, tmp_path / "a.eigenform", ("rows", "values"))
+    kinds = {"sketch": SketchEdit}
+    assert fingerprint(open_archive(path, kinds).state) == fingerprint(begun.state())
+
+    def stop(_fraction: float, _text: str) -> None:
+        raise Cancelled
+
+    with pytest.raises(Cancelled):
+        open_archive(path, kinds, Run(stop))
+
+
+def test_a_lost_state_costs_only_itself(whole: tuple[bytes, str], tmp_path: Path) -> None:
+    def lose_step_of_last(members: dict[str, bytes]) -> None:
+        manifest = json.loads(members["manifest.json"])
+        lost = manifest["moments"][-1]["document"]
+        del members[f"arrays/{manifest['meshes'][lost['mesh']]['values']}.npy"]
+        del manifest["steps"][lost["steps"][-1]]
+        members["manifest.json"] = members["manifest-copy.json"] = json.dumps(manifest).encode()
+
+    path = rewritten(whole[0], tmp_path / "a.eigenform", lose_step_of_last)
     found = open_archive(path, KINDS)
     assert sorted(found.state.moments) == [0, 1, 2, 3, 4]
     assert found.report[0].startswith("1 of 6 states could not be read.")
