@@ -43,6 +43,8 @@ class Stage(QObject):
         self._paused = False
         self._curves: set[str] = set()
         self._roi: object = None
+        self._plane: tuple[float, ...] | None = None
+        self._plane_pointed = False
         self._ids: I64 | None = None
         self._ghost_of: Mesh | None = None
         self._clock = QTimer(self)
@@ -103,7 +105,7 @@ class Stage(QObject):
         self._leave_base()
         self._mesh = document.mesh
         self._drawn = document.mesh.vertices
-        self._roi = None
+        self._roi = self._plane = None
         self._curves.clear()
         self._ids = self._ghost_of = None
         self._viewport.set_mesh(document.mesh)
@@ -116,7 +118,7 @@ class Stage(QObject):
             self._mesh = shown
             self._drawn = shown.vertices
             self._viewport.set_mesh(shown, keep_camera=True)
-            self._roi = self._ids = self._ghost_of = None
+            self._roi = self._ids = self._ghost_of = self._plane = None
             self._marks()
         wanted = shown.vertices
         if self._original and document.original.faces is shown.faces:
@@ -209,7 +211,23 @@ class Stage(QObject):
         if document.draft.roi is not self._roi:
             self._roi = document.draft.roi
             self._viewport.set_region(document.draft.roi)
+        self._mark_plane(document)
         self._draw_curves(document)
+
+    def point_out_plane(self, on: bool) -> None:
+        """Show the plane of symmetry as a sheet, as long as `on`."""
+        self._plane_pointed = on
+        if self._session.document is not None:
+            self._mark_plane(self._session.document)
+
+    def _mark_plane(self, document: Document) -> None:
+        """The plane is a line around the form; a sheet too while its two sides are settled."""
+        plane = document.draft.options.mirror or None
+        if plane != self._plane:
+            self._plane = plane
+            self._viewport.set_plane(plane)
+        if plane is not None:
+            self._viewport.show_sheet(self._plane_pointed or document.draft.roi is None)
 
     def _draw_curves(self, document: Document) -> None:
         shown = self._session.shown

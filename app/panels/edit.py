@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QCheckBox,
@@ -45,9 +45,11 @@ class EditPanel(Panel):
     Signals
     -------
     apply_asked : the Apply button was pressed.
+    plane_pointed(on) : the pointer came to the choice of the plane of symmetry, or left it.
     """
 
     apply_asked = Signal()
+    plane_pointed = Signal(bool)
 
     def __init__(self, session: Session, plane: Symmetry, parent: QWidget | None = None) -> None:
         super().__init__("Edit", parent)
@@ -80,6 +82,7 @@ class EditPanel(Panel):
         self.symmetry = Choice(self)
         for words, which in SYMMETRIES:
             self.symmetry.addItem(words, which)
+        self.symmetry.installEventFilter(self)
         self.symmetry.setToolTip("Region and curves get a twin on the other side of this plane")
         self.rectify = QCheckBox("Details turn with the form", self)
         self.rectify.setToolTip("Off: details keep their direction in space (Fig. 11)")
@@ -129,6 +132,12 @@ class EditPanel(Panel):
         session.document_changed.connect(self.refresh)
         session.busy_changed.connect(self.refresh)
         self.refresh()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Say when the pointer is at the choice of the plane."""
+        if watched is self.symmetry and event.type() in (QEvent.Type.Enter, QEvent.Type.Leave):
+            self.plane_pointed.emit(event.type() == QEvent.Type.Enter)
+        return super().eventFilter(watched, event)
 
     def dress(self, theme: Theme) -> None:
         """Take the colours of `theme`."""

@@ -31,19 +31,21 @@ def smooth_curve(points: ArrayLike, closed: bool = False, samples: int = 8) -> F
     return np.concatenate([span.reshape(-1, 3), last])
 
 
-def _cells(connectivity: NDArray[Any], offsets: NDArray[Any]) -> vtkCellArray:
-    cells = vtkCellArray()
-    cells.SetData(
+def cells(connectivity: NDArray[Any], offsets: NDArray[Any]) -> vtkCellArray:
+    """Return VTK's cells: the ids of their corners, and where each one's begin."""
+    made = vtkCellArray()
+    made.SetData(
         numpy_to_vtkIdTypeArray(np.ascontiguousarray(offsets, dtype=np.int64), deep=1),
         numpy_to_vtkIdTypeArray(np.ascontiguousarray(connectivity, dtype=np.int64), deep=1),
     )
-    return cells
+    return made
 
 
-def _points(points: NDArray[Any]) -> vtkPoints:
-    places = vtkPoints()
-    places.SetData(numpy_to_vtk(np.ascontiguousarray(points, dtype=np.float32), deep=1))
-    return places
+def places(points: NDArray[Any]) -> vtkPoints:
+    """Return points (p, 3) as VTK's."""
+    made = vtkPoints()
+    made.SetData(numpy_to_vtk(np.ascontiguousarray(points, dtype=np.float32), deep=1))
+    return made
 
 
 def _on_top(mapper: vtkPolyDataMapper, steps: float) -> None:
@@ -59,7 +61,7 @@ class Segments:
     def __init__(self, colour: str, width: float, points: NDArray[Any]) -> None:
         count = len(points)
         self._data = vtkPolyData()
-        self._data.SetLines(_cells(np.arange(count), np.arange(0, count + 1, 2)))
+        self._data.SetLines(cells(np.arange(count), np.arange(0, count + 1, 2)))
         self.move(points)
         mapper = vtkPolyDataMapper()
         mapper.SetInputData(self._data)
@@ -74,7 +76,7 @@ class Segments:
 
     def move(self, points: NDArray[Any]) -> None:
         """Put the ends of the segments at `points` (2 s, 3), scene units."""
-        self._data.SetPoints(_points(points))
+        self._data.SetPoints(places(points))
 
 
 class Solid:
@@ -100,7 +102,7 @@ class Solid:
         self._lift = lift
         self._around, faces = _tube(self._points) if tube else _balls(self._points)
         self._data = vtkPolyData()
-        self._data.SetPolys(_cells(faces.ravel(), np.arange(0, faces.size + 1, 3)))
+        self._data.SetPolys(cells(faces.ravel(), np.arange(0, faces.size + 1, 3)))
         mapper = vtkPolyDataMapper()
         mapper.SetInputData(self._data)
         _on_top(mapper, 40.0)
@@ -125,7 +127,7 @@ class Solid:
         """
         centre = self._points + self._lift * unit[:, None] * toward_eye
         ring = self._around * (self._radius * unit)[:, None, None]
-        self._data.SetPoints(_points((centre[:, None, :] + ring).reshape(-1, 3)))
+        self._data.SetPoints(places((centre[:, None, :] + ring).reshape(-1, 3)))
         normals = numpy_to_vtk(self._around.reshape(-1, 3).astype(np.float32), deep=1)
         self._data.GetPointData().SetNormals(normals)
 

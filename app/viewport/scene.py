@@ -13,6 +13,7 @@ from app.look import DARK, PIN, REGION, RIM, ROLE_COLOURS, Theme, rgb, rgb8
 from app.viewport.camera import Eye
 from app.viewport.curves import Isoline, Segments, Solid, smooth_curve
 from app.viewport.lights import background, clay, light_up
+from app.viewport.plane import PlaneMark
 from app.viewport.standin import StandIn
 from app.viewport.surface import Placement, Surface, summed_at_corners
 from engine.arrays import F64, I64
@@ -92,6 +93,7 @@ class Scene:
         self._apart: NDArray[np.bool_] = np.zeros(0, dtype=bool)
         self._curves: dict[str, _Curve] = {}
         self._pins: Solid | None = None
+        self.plane: PlaneMark | None = None
         self._eye = Eye(np.zeros(3), 200.0)
         self._height = 600.0
         light_up(renderer)
@@ -121,6 +123,7 @@ class Scene:
         self.set_region(None)
         self.set_ghost(None)
         self.set_pins(None)
+        self.set_plane(None)
         for name in list(self._curves):
             self.hide_curve(name)
         for drawn in (self.surface, self.stand_in and self.stand_in.surface):
@@ -137,6 +140,8 @@ class Scene:
         if self._rim is not None:
             line, marks = self._rim
             marks.move(line.points(self.surface.positions))
+        if self.plane is not None:
+            self.plane.follow(self.surface.positions)
         if self.stand_in is not None and self.stand_in.surface.actor.GetVisibility():
             self.stand_in.follow()
         self._refresh_ghost(ids)
@@ -311,6 +316,27 @@ class Scene:
             self._pins = Solid(PIN, _LINE["pin"], places, tube=False, lift=1.0)
             self._resize(self._pins)
             self.renderer.AddActor(self._pins.actor)
+
+    def set_plane(self, plane: ArrayLike | None) -> None:
+        """Show where the plane a, b, c, d (a x + b y + c z = d, mesh units) cuts; None for none."""
+        for actor in (self.plane.line, self.plane.sheet) if self.plane is not None else ():
+            self.renderer.RemoveActor(actor)
+        self.plane = None
+        if plane is None or self.surface is None:
+            return
+        a = np.asarray(plane, dtype=np.float64)
+        normal = a[:3] / np.linalg.norm(a[:3])
+        d = a[3] / np.linalg.norm(a[:3]) - self.placement.centre @ normal
+        there = np.append(normal, self.placement.scale * d)
+        self.plane = PlaneMark(there, self.surface.positions, self._faces, self.theme, self.scale)
+        self.plane.sheet.VisibilityOff()
+        for actor in (self.plane.line, self.plane.sheet):
+            self.renderer.AddActor(actor)
+
+    def show_sheet(self, wanted: bool) -> None:
+        """Show the plane as a sheet of glass as well as where it cuts, or not."""
+        if self.plane is not None:
+            self.plane.sheet.SetVisibility(wanted)
 
     def seen_from(self, eye: Eye, height: float) -> None:
         """Give curves and pins their thickness as seen from `eye`, `height` logical pixels high."""
