@@ -74,7 +74,7 @@ class Files(QObject):
 
         self._session.jobs.submit(
             CHANNEL,
-            lambda _run: open_archive(path, kinds()),
+            lambda run: open_archive(path, kinds(), run),
             done,
             self._session.problems.report,
             priority=1,
