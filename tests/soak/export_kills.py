@@ -160,16 +160,20 @@ def mortal(forked: bool) -> Iterator[None]:
         worker.spawn = usual
 
 
-def save_with_warm_worker(target: Path) -> None:
-    """Save, so that what is limited next is a save and not the start of the worker."""
+def save_with_warm_worker(target: Path) -> int:
+    """Save both meshes, the first one last; return the size of the other's file.
+
+    So what is limited next is a save and not the start of the worker.
+    """
+    size = save(sheet(1), target).size
     save(sheet(0), target)
+    return size
 
 
 def kill_at_byte(target: Path, rng: random.Random) -> str:
     """Save here; the worker is killed at a byte of the file. Return what the person is told."""
-    save_with_warm_worker(target)
+    limit = rng.randrange(save_with_warm_worker(target))
     assert worker.pid is not None
-    limit = rng.randrange(target.stat().st_size)
     psutil.Process(worker.pid).rlimit(psutil.RLIMIT_FSIZE, (limit, limit))
     return _told(target)
 
