@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
 from PySide6.QtCore import QSettings
 
 from app.actions import Action, with_document, with_region
@@ -14,8 +15,8 @@ from app.symmetry import AXES, Axis
 from app.viewport.shading import Display
 from app.walk import walk
 from engine import Document, Topology
-from engine.arrays import I64
-from engine.selection import grown, inverted, shrunk, smoothed_border
+from engine.arrays import I64, frozen
+from engine.selection import grown, inverted, seen_through, shrunk, smoothed_border
 
 if TYPE_CHECKING:
     from app.window import Window
@@ -132,7 +133,7 @@ def _tools(window: Window) -> list[Action]:
     host = window.toolhost
 
     def row(name: str) -> Action:
-        tool = host.tools[name]
+        tool = host.toolbox.tools[name]
         return Action(
             f"tool.{name}",
             tool.title,
@@ -144,7 +145,7 @@ def _tools(window: Window) -> list[Action]:
             checked=lambda: host.active is tool,
         )
 
-    return [row(name) for name in host.tools]
+    return [row(name) for name in host.toolbox.tools]
 
 
 def _region(window: Window) -> list[Action]:
@@ -157,6 +158,16 @@ def _region(window: Window) -> list[Action]:
                 session.choose_region(made(document.mesh.topology, document.draft.roi), label)
 
         return do
+
+    def take_through() -> None:
+        document = session.document
+        if document is None or document.draft.roi is None:
+            return
+        draft = document.draft
+        roi = seen_through(document.mesh, draft.roi, window.viewport.view())
+        # What was drawn lies on the larger region too, and stays.
+        wider = replace(draft, roi=frozen(roi, np.int64))
+        session.change(document.with_draft(wider), "Region through the form")
 
     def keep() -> None:
         document = session.document
@@ -178,6 +189,8 @@ def _region(window: Window) -> list[Action]:
                "mdi6.arrow-collapse-all", with_region, menu, repeats=True),
         Action("region.smooth", "Smooth the border", change(smoothed_border, "Border smoothed"),
                (), "mdi6.vector-circle", with_region, menu),
+        Action("region.through", "Take the back as well", take_through, ("Shift+L",),
+               "mdi6.arrow-expand-horizontal", with_region, menu),
         Action("region.invert", "Invert", change(inverted, "Region inverted"), ("Ctrl+I",),
                "mdi6.invert-colors", with_region, menu),
         Action("region.symmetry", "Edit symmetrically",

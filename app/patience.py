@@ -10,6 +10,7 @@ from contextlib import contextmanager
 
 SECONDS = 10.0
 LOOK = 0.2
+IDLE = 1.0  # seconds without a call after which nobody needs to watch
 
 
 class ToolHungError(Exception):
@@ -20,54 +21,67 @@ class ToolHungError(Exception):
 
 
 class Patience:
-    """Watches calls into tools from a thread of its own, which lives as long as a gesture.
+    """Watches calls into tools from a thread of its own, which ends when no more calls come.
 
+    Calls may lie inside each other: a tool previews something, and the window asks for its hint.
     Only Python code can be interrupted. A tool that hangs in native code keeps the window.
     """
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._since: float | None = None
+        self._began: list[float] = []  # of the calls under way, the innermost last
+        self._last = 0.0
         self._fired = False
-        self._ended: threading.Event | None = None
         self._caller = 0
-
-    def begin(self) -> None:
-        """Watch from now on."""
-        self.end()
-        self._caller = threading.get_ident()
-        self._ended = threading.Event()
-        threading.Thread(
-            target=self._watch, args=(self._ended,), name="patience", daemon=True
-        ).start()
-
-    def end(self) -> None:
-        """Watch no longer."""
-        if self._ended is not None:
-            self._ended.set()
-            self._ended = None
+        self._watcher: threading.Thread | None = None
+        self._stopped = threading.Event()
 
     @contextmanager
     def call(self) -> Iterator[None]:
         """A call into a tool; `ToolHungError` is raised inside it when it takes too long."""
         with self._lock:
-            self._since = time.monotonic()
+            depth = len(self._began)
+            self._began.append(time.monotonic())
+            self._caller = threading.get_ident()
+            if self._watcher is None:
+                self._stopped.clear()
+                self._watcher = threading.Thread(target=self._watch, name="patience", daemon=True)
+                self._watcher.start()
         try:
             yield
         finally:
-            with self._lock:
-                self._since = None
-                if self._fired:
-                    # The tool came back in the same moment: nothing else must be hit.
-                    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self._caller), None)
-                    self._fired = False
+            try:
+                self._leave(depth)
+            except ToolHungError:  # it was on its way while the tool came back
+                self._leave(depth)
 
-    def _watch(self, ended: threading.Event) -> None:
-        while not ended.wait(LOOK):
+    def stop(self) -> None:
+        """Watch no longer; the next call begins anew."""
+        self._stopped.set()
+
+    def _leave(self, depth: int) -> None:
+        with self._lock:
+            del self._began[depth:]
+            self._last = time.monotonic()
+            if self._fired:
+                # The tool came back in the same moment: nothing else must be hit.
+                ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self._caller), None)
+                self._fired = False
+
+    def _watch(self) -> None:
+        while True:
+            stopped = self._stopped.wait(LOOK)
             with self._lock:
-                late = self._since is not None and time.monotonic() - self._since > SECONDS
-                if late and not self._fired:
+                now = time.monotonic()
+                if not self._began and (stopped or now - self._last > IDLE):
+                    self._watcher = None
+                    return
+                if self._began and now - self._began[-1] > SECONDS:
+                    # Whoever swallows it gets it again.
+                    self._began[-1] = now
                     self._fired = True
                     ctypes.pythonapi.PyThreadState_SetAsyncExc(
                         ctypes.c_ulong(self._caller), ctypes.py_object(ToolHungError)
                     )
+            if stopped:
+                time.sleep(LOOK)

@@ -104,14 +104,14 @@ class PluginList(QDialog):
     def _add_tools(self, column: QVBoxLayout) -> None:
         column.addWidget(_head("Tools"))
         offered = origins(TOOLS)
-        for name, tool in self._host.tools.items():
+        for name, tool in self._host.toolbox.tools.items():
             line = QHBoxLayout()
             line.addWidget(_line(tool.title), 1)
             line.addWidget(_line(offered.get(name, ""), faint=True), 1)
             column.addLayout(line)
-            if name in self._host.switched_off:
+            if name in self._host.toolbox.switched_off:
                 off = QHBoxLayout()
-                off.addWidget(_line(f"Switched off: {self._host.reasons.get(name, '')}"), 1)
+                off.addWidget(_line(f"Switched off: {self._host.toolbox.reasons.get(name, '')}"), 1)
                 again = QPushButton("Try again", self)
                 again.setObjectName(f"again {name}")
                 again.setAutoDefault(False)
@@ -129,7 +129,7 @@ class PluginList(QDialog):
             column.addLayout(line)
 
     def _try_again(self, name: str) -> None:
-        self._host.switch_on(name)
+        self._host.toolbox.switch_on(name)
         self.fill()
 
     def _switch(self, name: str, on: bool) -> None:

@@ -1,142 +1,55 @@
-"""Feeds pointer events to the active tool's generator, and guards the window against tools.
+"""Tool host: the tool in hand, its gesture, and what becomes of what it returns.
 
-A tool is a stranger: it may raise, return nonsense or change what it must not. Then its gesture is
-closed, the person is told its name, and the document stays as it was.
+A tool is a stranger: it may raise, hang, return nonsense or change what it must not. Then its
+gesture is closed, the person is told its name, and the document stays as it was.
 """
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Mapping
-from typing import Any, Protocol
+from collections.abc import Callable
 
-import numpy as np
 from PySide6.QtCore import QObject, Signal
 
-from app.patience import Patience
+from app.canvas import Canvas
+from app.nonsense import NonsenseError, refuse_nonsense
 from app.session import Session
-from engine import (
-    Cancelled,
-    Decomposition,
-    Document,
-    Draft,
-    EngineError,
-    Mesh,
-    SketchEdit,
-    Source,
-    Step,
-    View,
-)
-from engine.arrays import F64, I64
-from plugins.api import Gesture, Hit, Pointer, Role, Tool
-
-log = logging.getLogger(__name__)
-
-SPAN = "span"
-KEPT = ("original", "mesh", "recipe")  # of a document; only a step changes these
-
-
-class Canvas(Protocol):
-    """What the tool host needs of the viewport; all positions in logical pixels."""
-
-    def view(self) -> View: ...
-
-    def pick(self, x: float, y: float) -> Hit | None: ...
-
-    def vertices_inside(self, polygon: F64, through: bool = False) -> I64: ...
-
-    def vertices_near(self, x: float, y: float, radius: float, through: bool = False) -> I64: ...
-
-    def faces_under(self, path: F64) -> I64: ...
-
-    def set_region(self, ids: I64 | None) -> None: ...
-
-    def brush(self, x: float, y: float, radius: float | None) -> None: ...
-
-    def ink(self, path: F64, role: Role, closed: bool = False) -> None: ...
-
-    def clear_ink(self) -> None: ...
-
-    def show_curve(self, name: str, points: F64, role: str, *, label: str) -> None: ...
-
-    def hide_curve(self, name: str) -> None: ...
-
-
-class NonsenseError(Exception):
-    """A tool returned something that is neither a document, a step nor None."""
-
-
-def refuse_nonsense(before: Document, after: Document) -> None:
-    """Refuse a document that no tool may make of `before`.
-
-    Raises
-    ------
-    NonsenseError
-    """
-    kept = all(getattr(after, name) is getattr(before, name) for name in KEPT)
-    if not kept:
-        raise NonsenseError("it changed the mesh without a step")
-    draft = after.draft
-    if not isinstance(draft, Draft):
-        raise NonsenseError("its draft is none")
-    if draft.roi is not before.draft.roi and draft.roi is not None:
-        _refuse_ids(draft.roi, before.mesh.n, "its region")
-    if draft.source is not None and draft.source is not before.draft.source:
-        if not isinstance(draft.source, Source):
-            raise NonsenseError("its source is none")
-        _refuse_ids(np.sort(draft.source.anchors), before.mesh.n, "its source")
-    try:
-        SketchEdit(np.zeros(0, np.int64), draft.level, draft.strokes, draft.options).check(
-            before.mesh
-        )
-    except (EngineError, AttributeError, TypeError, ValueError) as error:
-        raise NonsenseError(f"its draft cannot be solved: {error}") from error
-
-
-def _refuse_ids(ids: object, n: int, what: str) -> None:
-    good = isinstance(ids, np.ndarray) and ids.ndim == 1 and ids.dtype.kind in "iu" and len(ids)
-    if not good:
-        raise NonsenseError(f"{what} is not an array of vertex ids")
-    assert isinstance(ids, np.ndarray)
-    if ids.min() < 0 or ids.max() >= n or (np.diff(ids) <= 0).any():
-        raise NonsenseError(f"{what} is not ascending vertex ids below {n}")
+from app.toolbox import Toolbox, ToolFailedError
+from app.toolcontext import ToolContext
+from engine import Cancelled, Document, EngineError, Step
+from plugins.api import Gesture, Pointer, Tool
 
 
 class ToolHost(QObject):
-    """Holds the active tool and its gesture; is the `Context` that tools see.
+    """Feeds pointer events to the active tool's generator, and hands over to the next tool.
+
+    Attributes
+    ----------
+    toolbox : the tools there are.
+    context : what the active tool sees.
 
     Signals
     -------
     tool_changed : another tool is active, or its options are others.
-    said(text) : the tool's own sentence for the hint line; "" when it has nothing more to say.
     gesture_changed : a gesture began or ended.
     """
 
     tool_changed = Signal()
-    said = Signal(str)
     gesture_changed = Signal()
 
     def __init__(
-        self,
-        session: Session,
-        canvas: Canvas,
-        tools: Mapping[str, Tool],
-        parent: QObject | None = None,
+        self, session: Session, canvas: Canvas, toolbox: Toolbox, parent: QObject | None = None
     ) -> None:
         super().__init__(parent)
+        self.toolbox = toolbox
+        self.context = ToolContext(session, canvas, toolbox, self)
         self._session = session
         self._canvas = canvas
-        self.tools = dict(tools)
-        self.switched_off: set[str] = set()
-        self._options: dict[str, Any] = {name: tool.Options() for name, tool in tools.items()}
-        self._active = next(iter(self.tools), "")
         self._gesture: Gesture | None = None
         self._pressed = False
-        self._marked = False
-        self._spanned = False
-        self.reasons: dict[str, str] = {}
-        self._patience = Patience()
-        self._makers: dict[type, Tool] = {}
+        self.context.tool = next(iter(toolbox.tools.values()), None)
+        toolbox.options_changed.connect(self._set_otherwise)
+        toolbox.tool_switched_off.connect(self._switched_off)
+        toolbox.tool_switched_on.connect(self.tool_changed)
         session.opened.connect(self._opened)
         session.document_changed.connect(self._follow)
         session.misbehaved.connect(self._misbehaved)
@@ -146,7 +59,7 @@ class ToolHost(QObject):
     @property
     def active(self) -> Tool | None:
         """The tool in hand."""
-        return self.tools.get(self._active)
+        return self.context.tool
 
     @property
     def in_gesture(self) -> bool:
@@ -155,11 +68,11 @@ class ToolHost(QObject):
 
     def choose(self, name: str) -> None:
         """Take another tool in hand."""
-        if name not in self.tools or name in self.switched_off:
+        if name not in self.toolbox.tools or name in self.toolbox.reasons:
             return
         self.cancel()
-        self._unspan()
-        self._active = name
+        self.context.unspan()
+        self.context.tool = self.toolbox.tools[name]
         self._canvas.brush(0.0, 0.0, None)  # the next move of the hand shows what it takes now
         self._session.problems.clear()
         self._show_live()
@@ -168,26 +81,12 @@ class ToolHost(QObject):
     def available(self, name: str) -> bool:
         """Whether a tool can be used on the document now."""
         document = self._session.document
-        if document is None or name in self.switched_off:
-            return False
-        return bool(self._asked(self.tools[name], "available", document, False))
+        return document is not None and self.toolbox.available(self.toolbox.tools[name], document)
 
     def hint(self) -> str:
         """What the active tool says about the document."""
         document, tool = self._session.document, self.active
-        if document is None or tool is None:
-            return ""
-        return str(self._asked(tool, "hint", document, tool.tip))
-
-    def set_options(self, name: str, options: Any) -> None:
-        """Give a tool other options."""
-        self._options[name] = options
-        self._show_live()
-        self.tool_changed.emit()
-
-    def options_of(self, name: str) -> Any:
-        """The options of a tool as the person set them."""
-        return self._options[name]
+        return "" if document is None or tool is None else self.toolbox.hint(tool, document)
 
     def _opened(self) -> None:
         self.cancel()
@@ -198,7 +97,7 @@ class ToolHost(QObject):
         # on what is no more, and another tool may take over now.
         self.cancel()
         tool = self.active
-        if tool is None or not tool.repeats or not self.available(self._active):
+        if tool is None or not tool.repeats or not self.available(tool.id):
             self._hand_over()
         elif tool.live and not self._session.rests_on_details:
             self._show_live()
@@ -209,27 +108,28 @@ class ToolHost(QObject):
         document = self._session.document
         if document is None:
             return
-        for name, tool in self.tools.items():
-            if self._asked(tool, "claims", document, False):
-                self._active = name
+        for tool in self.toolbox.tools.values():
+            if self.toolbox.claims(tool, document):
+                self.context.tool = tool
                 break
+        self.tool_changed.emit()
+
+    def _set_otherwise(self) -> None:
+        self._show_live()
         self.tool_changed.emit()
 
     def _show_live(self) -> None:
         """Preview what Enter would do, for a tool that is set by its options alone."""
         tool = self.active
-        if tool is None or not tool.live or not self.available(self._active):
+        if tool is None or not tool.live or not self.available(tool.id):
             self._session.end_preview()
             return
-        try:
-            result = self._entered(tool)
+
+        def look(result: object) -> None:
             if isinstance(result, Document | Step):
-                self.preview(result)
-        except EngineError as error:
-            self._session.problems.report(error)
-        except Exception as error:
-            log.info("Tool %s raised", self._active, exc_info=True)
-            self._fail(tool, error)
+                self.context.preview(result)
+
+        self._enter(tool, look)
 
     # ---- gestures
 
@@ -244,32 +144,20 @@ class ToolHost(QObject):
 
     def _show_circle(self, event: Pointer) -> None:
         tool = self.active
-        if tool is None or self._session.document is None:
-            return
-        radius = None
-        if self._active not in self.switched_off:
-            radius = self._asked(tool, "circle", self._options[self._active], None)
-        self._canvas.brush(event.x, event.y, radius if isinstance(radius, int | float) else None)
-
-    def _unmark(self) -> None:
-        """Show the region of the document again, after a gesture that showed another."""
-        if self._marked:
-            self._marked = False
-            document = self._session.document
-            self._canvas.set_region(None if document is None else document.draft.roi)
+        if tool is not None and self._session.document is not None:
+            self._canvas.brush(event.x, event.y, self.toolbox.circle(tool))
 
     def cancel(self) -> bool:
         """Close the gesture under way; returns whether there was one."""
-        if self._gesture is None:
-            return False
         tool, gesture = self.active, self._gesture
+        if gesture is None or tool is None:
+            return False
         self._gesture = None
         try:
-            with self._patience.call():
+            with self.toolbox.calling(tool):
                 gesture.close()
-        except Exception as error:
-            log.info("Tool %s raised when it was closed", self._active, exc_info=True)
-            self._fail(tool, error)
+        except (ToolFailedError, EngineError) as error:
+            self.toolbox.blame(tool, error)
         self._put_away()
         return True
 
@@ -278,16 +166,8 @@ class ToolHost(QObject):
         tool = self.active
         if self._gesture is not None and tool is not None and tool.waits and not self._pressed:
             self._advance(Pointer("enter", 0.0, 0.0))
-            return
-        if self._gesture is not None or self._session.document is None or tool is None:
-            return
-        try:
-            self._take(tool, self._entered(tool))
-        except EngineError as error:
-            self._session.problems.report(error)
-        except Exception as error:
-            log.info("Tool %s raised", self._active, exc_info=True)
-            self._fail(tool, error)
+        elif self._gesture is None and self._session.document is not None and tool is not None:
+            self._enter(tool, lambda result: self._take(tool, result))
 
     def can_enter(self) -> bool:
         """Whether Enter has something to do: strokes to apply, or a tool with its own answer."""
@@ -297,16 +177,18 @@ class ToolHost(QObject):
         if self._gesture is not None and tool.waits:
             return True
         own = type(tool).enter is not Tool.enter
-        return document.draft.edit() is not None or (own and self.available(self._active))
+        return document.draft.edit() is not None or (own and self.available(tool.id))
 
-    def _entered(self, tool: Tool) -> object:
-        """Return what the tool answers to Enter, within reasonable time."""
-        self._patience.begin()
+    def _enter(self, tool: Tool, use: Callable[[object], object]) -> None:
+        """Use what a tool answers to Enter."""
         try:
-            with self._patience.call():
-                return tool.enter(self)
-        finally:
-            self._patience.end()
+            with self.toolbox.calling(tool):
+                result = tool.enter(self.context)
+            use(result)
+        except EngineError as error:
+            self._session.problems.report(error)
+        except ToolFailedError as error:
+            self.toolbox.blame(tool, error)
 
     def _begin(self, event: Pointer) -> None:
         tool = self.active
@@ -314,15 +196,15 @@ class ToolHost(QObject):
             return
         self._session.problems.clear()
         try:
-            self._patience.begin()
-            with self._patience.call():
-                gesture = tool.gesture(self, event)
+            with self.toolbox.calling(tool):
+                gesture = tool.gesture(self.context, event)
             if not hasattr(gesture, "send"):
                 raise NonsenseError("its gesture is not a generator")
-        except Exception as error:
-            log.info("Tool %s raised", self._active, exc_info=True)
-            self._patience.end()
-            self._fail(tool, error)
+        except EngineError as error:
+            self._session.problems.report(error)
+            return
+        except ToolFailedError as error:
+            self.toolbox.blame(tool, error)
             return
         self._gesture = gesture
         self.gesture_changed.emit()
@@ -333,35 +215,30 @@ class ToolHost(QObject):
         assert tool is not None
         assert gesture is not None
         try:
-            with self._patience.call():
-                if event is None:
-                    next(gesture)
-                else:
-                    gesture.send(event)
-        except StopIteration as end:
-            self._gesture = None
-            self._finish(tool, end.value)
+            with self.toolbox.calling(tool):
+                ended, result = _sent(gesture, event)
         except EngineError as error:
             self._gesture = None
             self._put_away()
             if not isinstance(error, Cancelled):
                 self._session.problems.report(error)
-        except Exception as error:
-            log.info("Tool %s raised", self._active, exc_info=True)
+        except ToolFailedError as error:
             self._gesture = None
             self._put_away()
-            self._fail(tool, error)
+            self.toolbox.blame(tool, error)
+        else:
+            if ended:
+                self._gesture = None
+                self._finish(tool, result)
 
     def _finish(self, tool: Tool, result: object) -> None:
-        self._patience.end()
-        self._canvas.clear_ink()
-        self.said.emit("")
+        self.context.end_gesture()
         try:
             taken = self._take(tool, result)
         except NonsenseError as error:
-            self._fail(tool, error)
+            self.toolbox.blame(tool, error)
             taken = False
-        self._unmark()
+        self.context.unmark()
         if not taken:
             self._session.end_preview()
         self.gesture_changed.emit()
@@ -378,150 +255,53 @@ class ToolHost(QObject):
             self._session.change(result, tool.label or tool.title)
             return True
         if isinstance(result, Step):
-            self._makers[type(result)] = tool
+            self.toolbox.note_step(result, tool)
             self._session.apply(result)
             return True
         raise NonsenseError(f"it returned {type(result).__name__}, not a document or a step")
 
     def _put_away(self) -> None:
-        self._patience.end()
-        self._canvas.clear_ink()
-        self._unmark()
-        self.said.emit("")
+        self.context.end_gesture()
+        self.context.unmark()
         self._session.end_preview()
         self.gesture_changed.emit()
 
-    def _fail(self, tool: Tool | None, error: Exception) -> None:
-        reason = f"{type(error).__name__}: {error}"
-        if tool is None:
-            self._session.problems.say(f"A tool failed and was stopped ({reason}).")
-            return
-        self._switch_off(tool, reason)
+    # ---- tools that do wrong
 
     def _misbehaved(self, step: Step, reason: str, wrong: bool) -> None:
         """A step was given up: its tool is named, and switched off when it did wrong."""
-        tool = self._makers.get(type(step))
+        tool = self.toolbox.maker_of(step)
+        safe = "Your document is as it was."
         if tool is None:
-            self._session.problems.say(
-                f"The step “{step.title}” {reason}. Your document is as it was."
-            )
+            self._session.problems.say(f"The step “{step.title}” {reason}. {safe}")
         elif wrong:
-            self._switch_off(tool, f"its step {reason}")
+            self.toolbox.switch_off(tool, f"its step {reason}")
         else:
-            self._session.problems.say(
-                f"The tool “{tool.title}” {reason} and was left behind. Your document is as it was."
-            )
+            words = f"The tool “{tool.title}” {reason} and was left behind. {safe}"
+            self._session.problems.say(words)
 
-    def _switch_off(self, tool: Tool, reason: str) -> None:
-        self.switched_off.add(tool.id)
-        self.reasons[tool.id] = reason
+    def _switched_off(self, tool: Tool) -> None:
         if self.active is tool:
-            self._active = next(
-                (name for name in self.tools if name not in self.switched_off), self._active
+            others = (
+                one for one in self.toolbox.tools.values() if one.id not in self.toolbox.reasons
             )
+            self.context.tool = next(others, tool)
             self._hand_over()
+        reason = self.toolbox.reasons[tool.id]
         self._session.problems.say(
             f"The tool “{tool.title}” failed and was stopped ({reason}). It is switched off until "
             "the next start, and your document is as it was; choose another tool."
         )
         self.tool_changed.emit()
 
-    def switch_on(self, name: str) -> None:
-        """Give a tool that was switched off another try."""
-        self.switched_off.discard(name)
-        self.reasons.pop(name, None)
-        self.tool_changed.emit()
 
-    def _asked(self, tool: Tool, question: str, about: object, otherwise: object) -> object:
-        """Ask a tool about the document or its options; one that raises is switched off, named."""
-        if tool.id in self.switched_off:
-            return otherwise
-        try:
-            return getattr(tool, question)(about)
-        except Exception as error:
-            log.info("Tool %s raised in %s", tool.id, question, exc_info=True)
-            self._fail(tool, error)
-            return otherwise
-
-    # ---- the Context that tools see
-
-    @property
-    def document(self) -> Document:
-        """The document as it is now."""
-        assert self._session.document is not None
-        return self._session.document
-
-    @property
-    def options(self) -> Any:
-        """The active tool's options."""
-        return self._options[self._active]
-
-    @property
-    def view(self) -> View:
-        """The camera as it is now."""
-        return self._canvas.view()
-
-    @property
-    def shown(self) -> Mesh:
-        """The surface as it is displayed."""
-        assert self._session.shown is not None
-        return self._session.shown
-
-    @property
-    def decomposition(self) -> Decomposition | None:
-        """What is known of the region so far."""
-        return self._session.decomposition
-
-    def pick(self, x: float, y: float) -> Hit | None:
-        """What is visible at a pixel."""
-        return self._canvas.pick(x, y)
-
-    def vertices_inside(self, polygon: F64, through: bool = False) -> I64:
-        """Ids of the vertices inside a closed lasso."""
-        return self._canvas.vertices_inside(polygon, through)
-
-    def vertices_near(self, x: float, y: float, radius: float, through: bool = False) -> I64:
-        """Ids of the vertices within `radius` px of a pixel."""
-        return self._canvas.vertices_near(x, y, radius, through)
-
-    def mark(self, ids: I64 | None) -> None:
-        """Show `ids` as the region until the gesture ends."""
-        self._marked = True
-        self._canvas.set_region(ids)
-
-    def faces_under(self, path: F64) -> I64:
-        """Ids of the visible faces below a path."""
-        return self._canvas.faces_under(path)
-
-    def draw(self, path: F64, role: Role, closed: bool = False) -> None:
-        """Show ink over the scene."""
-        self._canvas.ink(path, role, closed)
-
-    def preview(self, change: Document | Step) -> None:
-        """Show what `change` would give."""
-        tool = self.active
-        if isinstance(change, Document):
-            refuse_nonsense(self.document, change)
-        elif not isinstance(change, Step):
-            raise NonsenseError(f"it previews {type(change).__name__}, not a document or a step")
-        elif tool is not None:
-            self._makers[type(change)] = tool
-        self._session.preview(change)
-
-    def notice(self, text: str) -> None:
-        """Put a sentence where the hint is for some seconds."""
-        self._session.noticed.emit(text)
-
-    def span(self, first: F64, last: F64, text: str) -> None:
-        """Show a line between two points with words until the tool is put away."""
-        self._canvas.show_curve(SPAN, np.array([first, last]), "guide", label=text)
-        self._spanned = True
-
-    def _unspan(self) -> None:
-        if self._spanned:
-            self._canvas.hide_curve(SPAN)
-            self._spanned = False
-
-    def say(self, text: str) -> None:
-        """Put a sentence where the hint is."""
-        self.said.emit(text)
+def _sent(gesture: Gesture, event: Pointer | None) -> tuple[bool, object]:
+    """Send an event to a gesture, or start it; returns whether it ended, and what it returned."""
+    try:
+        if event is None:
+            next(gesture)
+        else:
+            gesture.send(event)
+    except StopIteration as end:
+        return True, end.value
+    return False, None

@@ -55,6 +55,7 @@ from app.session import Session
 from app.stage import Stage
 from app.status import Status
 from app.symmetry import Symmetry
+from app.toolbox import Toolbox
 from app.toolhost import ToolHost
 from app.viewport import Viewport
 from app.welcome import Welcome
@@ -83,7 +84,8 @@ class Window(QMainWindow):
         self.viewport = Viewport(self)
         found = find_tools()
         self.failures: tuple[Failure, ...] = found.failures
-        self.toolhost = ToolHost(self.session, self.viewport, found.items, self)
+        self.toolbox = Toolbox(found.items, self)
+        self.toolhost = ToolHost(self.session, self.viewport, self.toolbox, self)
         self.stage = Stage(self.session, self.viewport, self)
         self.documents = Documents(self.session, self.files, self.viewport, self)
         self.safety: Safety | None = None
@@ -105,6 +107,7 @@ class Window(QMainWindow):
         self._lay_out()
         self.actions_table.add(commands(self))
         self._make_menus()
+        self.rail.name_keys(lambda name: self.actions_table.key_shown(f"tool.{name}"))
         self.palette_box = Palette(self.actions_table, self)
         self._connect()
         self._dress(appearance.theme)
@@ -181,6 +184,8 @@ class Window(QMainWindow):
             above, _, title = path.rpartition("/")
             home = self._menu(menus, above) if above else self.menuBar()
             menus[path] = home.addMenu(title if above else f"&{title}")
+            # A switch may have turned itself off: the turntable does when a hand takes the form.
+            menus[path].aboutToShow.connect(self.refresh)
         return menus[path]
 
     def _connect(self) -> None:
@@ -194,13 +199,16 @@ class Window(QMainWindow):
         session.busy_changed.connect(self.refresh)
         host.tool_changed.connect(self.refresh)
         host.gesture_changed.connect(self.refresh)
-        host.said.connect(self.hint.set_said)
+        host.context.said.connect(self.hint.set_said)
         self.viewport.pointer.connect(host.pointer)
         self.viewport.cancelled.connect(host.cancel)
         self.viewport.alt_scrolled.connect(self._level_by_wheel)
         self.edit.apply_asked.connect(host.enter)
+        self.edit.plane_pointed.connect(self.stage.point_out_plane)
         self.steps.compare_asked.connect(self.compare_with)
         self.level.set_viewer(self.modes)
+        self.modes.changed.connect(self.refresh)
+        self.actions_table.remapped.connect(self.rail.refresh)
         self.stage.settled.connect(self._picture_soon)
         self.documents.pictures = self.steps.pictures
         self.documents.saved.connect(self._saved)
@@ -252,6 +260,8 @@ class Window(QMainWindow):
             return "Opening…" if busy else "Open a mesh with Ctrl+O, or drop a file here"
         if self.session.applying:
             return "Putting the details back…"
+        if self.modes.mode is not None:
+            return "This is one building block alone; the waves in the panel show the form again"
         return self.toolhost.hint()
 
     def _picture_soon(self) -> None:
@@ -532,6 +542,7 @@ class Window(QMainWindow):
             application.removeEventFilter(self)
         QSettings().setValue("window/geometry", self.saveGeometry())
         self.toolhost.cancel()
+        self.toolbox.stop()
         self.end_compare()
         self.modes.stop()
         self.stage.stop()

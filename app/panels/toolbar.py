@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
@@ -30,17 +31,16 @@ class ToolRail(QFrame):
         super().__init__(parent)
         self._host = host
         self._theme: Theme | None = None
+        self._keys_of: Callable[[str], str] = lambda _name: ""
         self.buttons: dict[str, QToolButton] = {}
         column = QVBoxLayout(self)
         column.setContentsMargins(GRID // 2, GRID, GRID // 2, GRID)
         column.setSpacing(GRID // 2)
-        for name, tool in host.tools.items():
+        for name, tool in host.toolbox.tools.items():
             button = QToolButton(self)
             button.setCheckable(True)
             button.setFixedSize(BUTTON, BUTTON)
             button.setIconSize(QSize(ICON, ICON))
-            keys = f" ({QKeySequence(tool.shortcut).toString()})" if tool.shortcut else ""
-            button.setToolTip(f"<b>{tool.title}</b>{keys}<br>{tool.tip}")
             button.setAccessibleName(tool.title)
             button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
             button.clicked.connect(lambda _on=False, name=name: host.choose(name))
@@ -48,6 +48,11 @@ class ToolRail(QFrame):
             self.buttons[name] = button
         column.addStretch(1)
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
+
+    def name_keys(self, keys_of: Callable[[str], str]) -> None:
+        """Say with every tool the key that takes it, as `keys_of(name)` knows it, "" for none."""
+        self._keys_of = keys_of
+        self.refresh()
 
     def dress(self, theme: Theme) -> None:
         """Take the colours of `theme`."""
@@ -60,11 +65,14 @@ class ToolRail(QFrame):
         if self._theme is None:
             return
         for name, button in self.buttons.items():
-            tool = self._host.tools[name]
+            tool = self._host.toolbox.tools[name]
             held = self._host.active is tool
             colour = self._theme.accent_text if held else None
             button.setIcon(icon(tool.icon, self._theme, colour))
             button.setChecked(held)
+            key = self._keys_of(name)
+            key = f" ({key})" if key else ""
+            button.setToolTip(f"<b>{tool.title}</b>{key}<br>{tool.tip}")
             button.setEnabled(held or self._host.available(name))
 
 
@@ -96,8 +104,8 @@ class ToolStrip(QFrame):
             self._options.hide()
             self._options.deleteLater()
         self._options = OptionsRow(
-            self._host.options_of(tool.id),
-            lambda options, name=tool.id: self._host.set_options(name, options),
+            self._host.toolbox.options_of(tool.id),
+            lambda options, name=tool.id: self._host.toolbox.set_options(name, options),
             self,
         )
         self._row.insertWidget(1, self._options)

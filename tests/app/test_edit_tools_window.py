@@ -24,7 +24,7 @@ def test_paint_a_region_take_a_handle_and_make_it_symmetric(window, qtbot, artef
     # Paint with the mouse, rub out with the pen's eraser end, pin a point.
     qtbot.keyClick(view, Qt.Key.Key_P)
     assert host.active.id == "brush"
-    host.set_options("brush", type(host.options_of("brush"))(radius=60.0))
+    host.toolbox.set_options("brush", type(host.toolbox.options_of("brush"))(radius=60.0))
     Mouse().stroke(window, bow(view, (0.05, 0.1), (0.3, -0.1), 0.3), release=False)
     picture(window, artefacts, "1 painting")
     Mouse().send(view, "release", bow(view, (0.05, 0.1), (0.3, -0.1), 0.3)[-1], NO_KEYS)
@@ -58,8 +58,8 @@ def test_paint_a_region_take_a_handle_and_make_it_symmetric(window, qtbot, artef
     # The other side becomes the same.
     session.choose_region(None, "Region left")
     host.choose("symmetrise")
-    options = type(host.options_of("symmetrise"))(across="x")
-    host.set_options("symmetrise", options)
+    options = type(host.toolbox.options_of("symmetrise"))(across="x")
+    host.toolbox.set_options("symmetrise", options)
     qtbot.waitUntil(lambda: moved(session.shown, session.document.mesh) > 2.0, timeout=30_000)
     host.enter()
     qtbot.waitUntil(lambda: len(session.document.recipe.steps) == 2, timeout=30_000)

@@ -21,7 +21,7 @@ def test_enter_takes_a_number_and_then_applies(window: Window, qtbot) -> None:
     field.selectAll()
     qtbot.keyClicks(field, "1")
     qtbot.keyClick(field, Qt.Key.Key_Return)
-    assert window.toolhost.options_of("smooth").amount == 1.0
+    assert window.toolbox.options_of("smooth").amount == 1.0
     assert not session.document.recipe.steps
     qtbot.waitUntil(settled(window), timeout=30_000)
     qtbot.keyClick(field, Qt.Key.Key_Return)

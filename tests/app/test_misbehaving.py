@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -14,8 +14,8 @@ import app.stepping
 import app.window
 from app.window import Window
 from plugins.registry import Found, find_tools
-from tests.app.driving import Mouse, settled
-from tests.plugins.misbehaving import GESTURES, RELEASE, Asked, Bad
+from tests.app.driving import NONE, Mouse, settled
+from tests.plugins.misbehaving import GESTURES, QUESTIONS, RELEASE, Asked, Bad
 
 pytestmark = pytest.mark.window
 
@@ -59,13 +59,13 @@ def assert_usable(window: Window, qtbot) -> None:
 def test_a_bad_gesture_is_named_and_the_tool_switched_off(window: Window, bad: Bad) -> None:
     before = window.session.document
     for how, reason in GESTURES.items():
-        window.toolhost.switch_on("bad")
+        window.toolbox.switch_on("bad")
         use(window, bad, how)
         assert window.session.document is before, how
         assert not window.toolhost.in_gesture
         assert window.hint.text.startswith("The tool “Bad” failed and was stopped (")
         assert reason in window.hint.text
-        assert "bad" in window.toolhost.switched_off
+        assert "bad" in window.toolbox.switched_off
         assert not window.rail.buttons["bad"].isEnabled()
         window.toolhost.choose("bad")
         assert window.toolhost.active is not bad, "it cannot be taken up again"
@@ -74,9 +74,9 @@ def test_a_bad_gesture_is_named_and_the_tool_switched_off(window: Window, bad: B
 def test_a_bad_step_leaves_the_document_as_it_was(window: Window, bad: Bad, qtbot) -> None:
     before = window.session.document
     for how in ("raises", "none", "not_a_number", "smuggled", "too_many"):
-        window.toolhost.switch_on("bad")
+        window.toolbox.switch_on("bad")
         use(window, bad, f"step {how}")
-        qtbot.waitUntil(lambda: "bad" in window.toolhost.switched_off, timeout=10_000)
+        qtbot.waitUntil(lambda: "bad" in window.toolbox.switched_off, timeout=10_000)
         qtbot.waitUntil(settled(window))
         assert window.session.document is before, how
         assert "The tool “Bad” failed and was stopped (its step " in window.hint.text
@@ -91,7 +91,7 @@ def test_a_step_that_hangs_is_left_behind(
     monkeypatch.setattr(app.stepping, "HUNG", 0.3)
     before = window.session.document
     use(window, bad, f"step {how}")
-    qtbot.waitUntil(lambda: "bad" in window.toolhost.switched_off, timeout=10_000)
+    qtbot.waitUntil(lambda: "bad" in window.toolbox.switched_off, timeout=10_000)
     assert window.session.document is before
     assert "gave no sign of life" in window.hint.text
     assert not window.session.applying
@@ -113,7 +113,7 @@ def test_cancel_leaves_a_step_behind_that_does_not_listen(
     qtbot.waitUntil(lambda: "left behind" in window.hint.text, timeout=10_000)
     assert "The tool “Bad” did not stop when it was told to" in window.hint.text
     assert window.session.document is before
-    assert "bad" not in window.toolhost.switched_off, "it may only have been slow"
+    assert "bad" not in window.toolbox.switched_off, "it may only have been slow"
     assert_usable(window, qtbot)
 
 
@@ -125,7 +125,7 @@ def test_work_that_was_interrupted_begins_again(
     monkeypatch.setattr(app.stepping, "HUNG", 0.3)
     assert_usable(window, qtbot)
     use(window, bad, "step hangs")
-    qtbot.waitUntil(lambda: "bad" in window.toolhost.switched_off, timeout=15_000)
+    qtbot.waitUntil(lambda: "bad" in window.toolbox.switched_off, timeout=15_000)
     known = window.session.decomposition
     assert known is not None
     qtbot.waitUntil(lambda: window.session.decomposition.complete, timeout=60_000)
@@ -137,15 +137,65 @@ def test_a_gesture_that_loops_is_interrupted(window: Window, bad: Bad, qtbot, mo
     use(window, bad, "loops")
     assert "did not come back within" in window.hint.text
     assert window.session.document is before
-    assert "bad" in window.toolhost.switched_off
+    assert "bad" in window.toolbox.switched_off
     assert_usable(window, qtbot)
 
 
-def test_a_tool_that_raises_when_it_is_asked_is_left_out(make_window, sphere, monkeypatch) -> None:
+@pytest.fixture
+def make_asking(make_window, sphere, monkeypatch) -> Iterator[Callable[[str, str], Window]]:
+    """A window with a tool in hand that does wrong as soon as it is asked something."""
     found = find_tools()
-    tools = {"asked": Asked(), **found.items}
-    monkeypatch.setattr(app.window, "find_tools", lambda: Found(tools, ()))
-    window = make_window(sphere)
-    assert window.toolhost.switched_off == {"asked"}
-    assert window.toolhost.active.id == "lasso"
-    assert "KeyError" in window.toolhost.reasons["asked"]
+    RELEASE.clear()
+
+    def make(what: str, how: str) -> Window:
+        tool = Asked("", how)
+        tools = {"asked": tool, **found.items}
+        monkeypatch.setattr(app.window, "find_tools", lambda: Found(tools, ()))
+        window = make_window(sphere)
+        window.toolhost.choose("asked")
+        assert window.toolhost.active is tool
+        tool.what = what
+        return window
+
+    yield make
+    RELEASE.set()
+
+
+def ask(window: Window) -> None:
+    """Let the window ask its tools everything that it asks them."""
+    view = window.viewport
+    Mouse().send(view, "move", (view.width() / 2, view.height() / 2), NONE)
+    window.refresh()
+    window.session.choose_region(np.arange(40), "Region")
+
+
+def assert_left_out(window: Window, reason: str) -> None:
+    assert window.toolbox.switched_off == {"asked"}
+    assert reason in window.toolbox.reasons["asked"]
+    assert window.toolhost.active.id != "asked"
+    assert not window.rail.buttons["asked"].isEnabled()
+
+
+@pytest.mark.parametrize("what", QUESTIONS)
+def test_a_tool_that_raises_when_it_is_asked_is_left_out(what: str, make_asking) -> None:
+    window = make_asking(what, "raises")
+    ask(window)
+    assert_left_out(window, f"KeyError: 'no {what}'")
+
+
+@pytest.mark.parametrize("what", QUESTIONS)
+def test_a_tool_that_hangs_when_it_is_asked_is_interrupted(
+    what: str, make_asking, qtbot, monkeypatch
+) -> None:
+    window = make_asking(what, "loops")
+    monkeypatch.setattr(app.patience, "SECONDS", 0.3)
+    ask(window)
+    assert_left_out(window, "did not come back within")
+    assert_usable(window, qtbot)
+
+
+@pytest.mark.parametrize("what", ["claims", "available"])
+def test_an_answer_that_is_neither_true_nor_false_is_wrong(what: str, make_asking) -> None:
+    window = make_asking(what, "array")
+    ask(window)
+    assert_left_out(window, "ValueError")

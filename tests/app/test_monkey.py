@@ -175,7 +175,7 @@ def test_a_document_that_goes_on_beneath_a_gesture_ends_it(window: Window, qtbot
     pump(None, 20)
     assert session.document is document
     assert session.problems.sentence == ""
-    assert window.toolhost.switched_off == set()
+    assert window.toolbox.switched_off == set()
 
 
 def test_two_jobs_never_write_the_same_document(window: Window, qtbot) -> None:

@@ -43,7 +43,7 @@ def test_what_failed_is_listed_with_its_reason_and_files_have_switches(
     qtbot.waitUntil(dialog.isVisible)
     text = shown(dialog)
     assert "“broken” of broken.py was left out: ImportError: no module named antigravity" in text
-    for tool in window.toolhost.tools.values():
+    for tool in window.toolbox.tools.values():
         assert tool.title in text
     assert "eigenform" in text, "who offers it"
     box = dialog.findChild(QCheckBox, "file good")
@@ -55,7 +55,7 @@ def test_what_failed_is_listed_with_its_reason_and_files_have_switches(
     dialog.close()
 
     again = make_window(sphere)
-    assert "push" in again.toolhost.tools
+    assert "push" in again.toolbox.tools
     (folder / "good.py").write_text("# changed\n")
     again.show_plugins()
     dialog = again.findChild(PluginList)
@@ -67,7 +67,7 @@ def test_what_failed_is_listed_with_its_reason_and_files_have_switches(
 
 def test_a_tool_that_was_switched_off_gets_another_try(make_window, sphere, qtbot) -> None:
     window = make_window(sphere)
-    window.toolhost._switch_off(window.toolhost.tools["lasso"], "ValueError: bad luck")
+    window.toolbox.switch_off(window.toolbox.tools["lasso"], "ValueError: bad luck")
     assert window.toolhost.active.id != "lasso"
     window.show_plugins()
     dialog = window.findChild(PluginList)

@@ -183,14 +183,14 @@ def test_an_error_is_one_sentence_and_the_document_stays(
 ) -> None:
     session, mouse = window.session, Mouse()
     first = session.document
-    window.toolhost.set_options("lasso", type(window.toolhost.options_of("lasso"))(through=True))
+    window.toolbox.set_options("lasso", type(window.toolbox.options_of("lasso"))(through=True))
     mouse.stroke(window, circle(window.viewport, 0, 0, 0.49, n=90))
     qtbot.waitUntil(lambda: bool(session.problems.sentence), timeout=30_000)
     assert session.document is first
     assert "has no rim" in window.hint.text
     assert "Traceback" not in window.hint.text
     picture(window, artefacts, "error")
-    window.toolhost.set_options("lasso", type(window.toolhost.options_of("lasso"))())
+    window.toolbox.set_options("lasso", type(window.toolbox.options_of("lasso"))())
     region(window, qtbot, mouse)
     assert session.problems.sentence == ""
     mouse.stroke(window, [(4, 4), (30, 4), (60, 4)])

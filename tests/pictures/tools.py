@@ -21,7 +21,7 @@ def tools(stage: Stage) -> None:
         for option, value in options.items():
             stage.type(stage.option(option), value)
             stage.press_in(stage.option(option), Qt.Key.Key_Tab)
-        assert host.active is host.tools[name]
+        assert host.active is host.toolbox.tools[name]
         stage.rest()
 
     def enter() -> None:

@@ -126,19 +126,37 @@ GESTURES = {
 
 
 class Asked(Tool):
-    """A tool that raises when it is asked about a document."""
+    """A tool that does wrong when it is asked `what`, else answers as any tool."""
 
     id = "asked"
     title = "Asked"
+    repeats = False
+
+    def __init__(self, what: str, how: str) -> None:
+        self.what, self.how = what, how
+
+    def _do(self, what: str, answer: Any) -> Any:
+        if what != self.what:
+            return answer
+        if self.how == "raises":
+            raise KeyError(f"no {what}")
+        if self.how == "array":
+            return np.zeros(3)  # neither true nor false
+        while not RELEASE.is_set():
+            pass
+        return answer
 
     def hint(self, document: Any) -> str:
-        raise KeyError("no hint")
+        return self._do("hint", "Draw")
 
     def claims(self, document: Any) -> bool:
-        raise KeyError("no claim")
+        return self._do("claims", False)
 
     def available(self, document: Any) -> bool:
-        raise KeyError("not at hand")
+        return self._do("available", True)
 
     def circle(self, options: Any) -> float | None:
-        raise KeyError("no circle")
+        return self._do("circle", None)
+
+
+QUESTIONS = ("hint", "claims", "available", "circle")
