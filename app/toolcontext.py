@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
-from app.canvas import Canvas
+from app.drawing_surface import DrawingSurface
 from app.nonsense import NonsenseError, refuse_nonsense
 from app.session import Session
 from app.toolbox import Toolbox
@@ -33,7 +33,7 @@ class ToolContext(QObject):
     said = Signal(str)
 
     def __init__(
-        self, session: Session, canvas: Canvas, toolbox: Toolbox, parent: QObject | None = None
+        self, session: Session, canvas: DrawingSurface, toolbox: Toolbox, parent: QObject | None = None
     ) -> None:
         super().__init__(parent)
         self.tool: Tool | None = None

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QObject, Signal
 
-from app.canvas import Canvas
+from app.drawing_surface import DrawingSurface
 from app.nonsense import NonsenseError, refuse_nonsense
 from app.session import Session
 from app.toolbox import Toolbox, ToolFailedError
@@ -37,7 +37,7 @@ class ToolHost(QObject):
     gesture_changed = Signal()
 
     def __init__(
-        self, session: Session, canvas: Canvas, toolbox: Toolbox, parent: QObject | None = None
+        self, session: Session, canvas: DrawingSurface, toolbox: Toolbox, parent: QObject | None = None
     ) -> None:
         super().__init__(parent)
         self.toolbox = toolbox

@@ -1,4 +1,4 @@
-"""Canvas: what tools need of the viewport."""
+"""Drawing surface: what tools need of the viewport."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from engine.arrays import F64, I64
 from plugins.api import Hit, Role
 
 
-class Canvas(Protocol):
+class DrawingSurface(Protocol):
     """What is drawn on and pointed at; all positions in logical pixels."""
 
     def view(self) -> View: ...
