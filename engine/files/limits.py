@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import ctypes
+import logging
 import os
 import signal
 import subprocess
 import sys
+from ctypes import wintypes
 from pathlib import Path
 from typing import Any
+
+log = logging.getLogger(__name__)
 
 MEMORY = 6 << 30
 SECONDS_LEAST = 20.0
@@ -58,15 +62,27 @@ def die_after(seconds: float) -> None:
         signal.setitimer(signal.ITIMER_REAL, seconds)
 
 
-def cap_from_outside(process: subprocess.Popen[bytes]) -> Any:
+def cap_from_outside(process: subprocess.Popen[bytes]) -> int | None:
     """Put `process` into a Windows job with the memory cap; it ends when the program ends.
 
-    Returns the job's handle, which must be kept as long as the process; None elsewhere.
+    Returns the job's handle, to be kept as long as the process and then given to `close_job`; None
+    elsewhere, and where Windows refuses it: the limits of time still hold then.
     """
-    return _windows_job(process) if os.name == "nt" else None
+    if os.name != "nt":
+        return None
+    started: Any = process
+    return windows_job(_kernel(), int(started._handle))
 
 
-class _BasicLimits(ctypes.Structure):
+def close_job(job: int | None) -> None:
+    """Let go of a job; what still runs in it ends."""
+    if job is not None:
+        _kernel().CloseHandle(job)
+
+
+class BasicLimits(ctypes.Structure):
+    """JOBOBJECT_BASIC_LIMIT_INFORMATION of Windows."""
+
     _fields_ = [
         ("PerProcessUserTimeLimit", ctypes.c_int64),
         ("PerJobUserTimeLimit", ctypes.c_int64),
@@ -80,9 +96,11 @@ class _BasicLimits(ctypes.Structure):
     ]
 
 
-class _ExtendedLimits(ctypes.Structure):
+class ExtendedLimits(ctypes.Structure):
+    """JOBOBJECT_EXTENDED_LIMIT_INFORMATION of Windows."""
+
     _fields_ = [
-        ("BasicLimitInformation", _BasicLimits),
+        ("BasicLimitInformation", BasicLimits),
         ("IoInfo", ctypes.c_uint64 * 6),
         ("ProcessMemoryLimit", ctypes.c_size_t),
         ("JobMemoryLimit", ctypes.c_size_t),
@@ -95,16 +113,45 @@ _PROCESS_MEMORY = 0x100
 _KILL_ON_JOB_CLOSE = 0x2000
 _EXTENDED_LIMIT_INFORMATION = 9
 
+# Handles are as wide as pointers; without these ctypes would cut them to 32 bits.
+SIGNATURES: dict[str, tuple[Any, list[Any]]] = {
+    "CreateJobObjectW": (wintypes.HANDLE, [wintypes.LPVOID, wintypes.LPCWSTR]),
+    "SetInformationJobObject": (
+        wintypes.BOOL,
+        [wintypes.HANDLE, ctypes.c_int, wintypes.LPVOID, wintypes.DWORD],
+    ),
+    "AssignProcessToJobObject": (wintypes.BOOL, [wintypes.HANDLE, wintypes.HANDLE]),
+    "CloseHandle": (wintypes.BOOL, [wintypes.HANDLE]),
+}
 
-def _windows_job(process: Any) -> Any:
+
+def _kernel() -> Any:
     kernel: Any = ctypes.WinDLL("kernel32", use_last_error=True)  # type: ignore[attr-defined,unused-ignore]
-    kernel.CreateJobObjectW.restype = ctypes.c_void_p
-    job = ctypes.c_void_p(kernel.CreateJobObjectW(None, None))
-    limits = _ExtendedLimits()
-    limits.BasicLimitInformation.LimitFlags = _PROCESS_MEMORY | _KILL_ON_JOB_CLOSE
-    limits.ProcessMemoryLimit = MEMORY
-    kernel.SetInformationJobObject(
-        job, _EXTENDED_LIMIT_INFORMATION, ctypes.byref(limits), ctypes.sizeof(limits)
-    )
-    kernel.AssignProcessToJobObject(job, ctypes.c_void_p(int(process._handle)))
-    return job
+    for name, (result, arguments) in SIGNATURES.items():
+        function = getattr(kernel, name)
+        function.restype, function.argtypes = result, arguments
+    return kernel
+
+
+def windows_job(kernel: Any, process: int) -> int | None:
+    """Return a new job, by its handle, that holds a process to `MEMORY`; None if it is refused.
+
+    Parameters
+    ----------
+    kernel : kernel32, its functions declared by `SIGNATURES`.
+    process : the process's handle.
+    """
+    job: int | None = kernel.CreateJobObjectW(None, None)
+    if job is None:
+        return None
+    held = ExtendedLimits()
+    held.BasicLimitInformation.LimitFlags = _PROCESS_MEMORY | _KILL_ON_JOB_CLOSE
+    held.ProcessMemoryLimit = MEMORY
+    size = ctypes.sizeof(held)
+    if kernel.SetInformationJobObject(
+        job, _EXTENDED_LIMIT_INFORMATION, ctypes.byref(held), size
+    ) and kernel.AssignProcessToJobObject(job, process):
+        return job
+    log.warning("Windows refused the file worker's limit of memory")
+    kernel.CloseHandle(job)
+    return None

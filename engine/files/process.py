@@ -50,12 +50,13 @@ class WorkerSlowError(WorkerLostError):
 
 def spawn(module: str = "engine.files.worker", *arguments: str) -> subprocess.Popen[bytes]:
     """Start a process that serves jobs, with pipes for jobs and answers."""
+    interpreter, environment = _interpreter()
     return subprocess.Popen(
-        [sys.executable, "-m", module, *arguments],
+        [interpreter, "-m", module, *arguments],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
-        env=_environment(),
+        env=_environment() | environment,
         creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
     )
 
@@ -71,7 +72,7 @@ class FileWorker:
         self.spawn: Callable[[], subprocess.Popen[bytes]] = spawn
         self._one_job = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
-        self._job_object: Any = None
+        self._job_object: int | None = None
 
     @property
     def pid(self) -> int | None:
@@ -184,6 +185,8 @@ class FileWorker:
             return
         process.kill()
         process.wait()
+        job, self._job_object = self._job_object, None
+        limits.close_job(job)
         for pipe in (process.stdin, process.stdout):
             if pipe is not None:
                 try:
@@ -230,6 +233,18 @@ def _listen(stream: Any, answers: _Answers) -> None:
                 return
     except (EOFError, OSError, ValueError):
         answers.put(None)
+
+
+def _interpreter() -> tuple[str, dict[str, str]]:
+    """Return the Python to start, and what it needs to know.
+
+    In a virtual environment on Windows, python.exe only starts the real one: limits and kills would
+    reach the wrong process. The real one is told where it belongs, as multiprocessing does it.
+    """
+    real = getattr(sys, "_base_executable", sys.executable)
+    if os.name != "nt" or real == sys.executable:
+        return sys.executable, {}
+    return real, {"__PYVENV_LAUNCHER__": sys.executable}
 
 
 def _environment() -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import shutil
 import signal
@@ -10,6 +11,7 @@ import sys
 import textwrap
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -165,6 +167,57 @@ def test_the_worker_ends_when_its_program_is_killed(tmp_path: Path) -> None:
     while psutil.pid_exists(pid) and time.monotonic() < limit:
         time.sleep(0.02)
     assert not psutil.pid_exists(pid)
+
+
+class Kernel:
+    """Plays kernel32 as its documentation tells it; called through the declared signatures."""
+
+    def __init__(self, refuses: str = "") -> None:
+        self.calls: list[tuple[str, tuple[object, ...]]] = []
+        for name, (result, arguments) in limits.SIGNATURES.items():
+            play = self._play(name, refuses)
+            setattr(self, name, ctypes.CFUNCTYPE(result, *arguments)(play))
+
+    def _play(self, name: str, refuses: str) -> Callable[..., int]:
+        def play(*given: object) -> int:
+            if name == "SetInformationJobObject":
+                held = ctypes.cast(given[2], ctypes.POINTER(limits.ExtendedLimits)).contents  # type: ignore[arg-type]
+                flags = held.BasicLimitInformation.LimitFlags
+                given = (*given[:2], flags, held.ProcessMemoryLimit, given[3])
+            self.calls.append((name, given))
+            if name == refuses:
+                return 0
+            # A handle that 32 bits do not hold.
+            return 0x1_2345_6788 if name == "CreateJobObjectW" else 1
+
+        return play
+
+
+def test_a_windows_job_is_set_up_as_documented() -> None:
+    if ctypes.sizeof(ctypes.c_void_p) == 8:
+        assert ctypes.sizeof(limits.BasicLimits) == 64
+        assert ctypes.sizeof(limits.ExtendedLimits) == 144
+        assert limits.ExtendedLimits.ProcessMemoryLimit.offset == 112
+    kernel = Kernel()
+    job = limits.windows_job(kernel, 0x9_8765_4320)
+    assert job == 0x1_2345_6788
+    kill_and_memory = 0x2000 | 0x100
+    size = ctypes.sizeof(limits.ExtendedLimits)
+    assert kernel.calls == [
+        ("CreateJobObjectW", (None, None)),
+        ("SetInformationJobObject", (job, 9, kill_and_memory, limits.MEMORY, size)),
+        ("AssignProcessToJobObject", (job, 0x9_8765_4320)),
+    ]
+
+
+@pytest.mark.parametrize("refuses", list(limits.SIGNATURES)[:3])
+def test_a_windows_job_that_is_refused_is_let_go(
+    refuses: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    kernel = Kernel(refuses)
+    assert limits.windows_job(kernel, 5) is None
+    closed = [given for name, given in kernel.calls if name == "CloseHandle"]
+    assert closed == ([] if refuses == "CreateJobObjectW" else [(0x1_2345_6788,)])
 
 
 COMMA_SCRIPT = textwrap.dedent("""
