@@ -90,6 +90,7 @@ class Scene:
         self._map: NDArray[np.uint8] | None = None
         self._ghost: Surface | None = None
         self._ghost_positions: F64 | None = None
+        self._ghost_reach = 0.0
         self._apart: NDArray[np.bool_] = np.zeros(0, dtype=bool)
         self._curves: dict[str, _Curve] = {}
         self._pins: Solid | None = None
@@ -233,8 +234,10 @@ class Scene:
             self.renderer.RemoveActor(self._ghost.actor)
         self._ghost = None
         self._ghost_positions = None
+        self._ghost_reach = 0.0
         if positions is not None and self.surface is not None:
             self._ghost_positions = self.placement.to_scene(positions)
+            self._ghost_reach = _reach(self._ghost_positions)
             self._apart = np.zeros(self.surface.n, dtype=bool)
             self._refresh_ghost()
 
@@ -377,15 +380,14 @@ class Scene:
     @property
     def radius(self) -> float:
         """Radius about the scene's origin of a ball that holds everything drawn."""
-        reach = [1.0]
-        for points in (
-            self.surface and self.surface.positions,
-            self._ghost_positions,
-            *(curve.points for curve in self._curves.values()),
-        ):
-            if points is not None and len(points):
-                reach.append(float(np.abs(points).max()) * 3**0.5)
-        return 1.05 * max(reach)
+        reach = [1.0, 0.0 if self.surface is None else self.surface.reach, self._ghost_reach]
+        reach += [_reach(curve.points) for curve in self._curves.values()]
+        return 1.05 * 3**0.5 * max(reach)
+
+
+def _reach(points: NDArray[Any]) -> float:
+    """Return how far from the origin `points` (p, 3) are along an axis, at the most."""
+    return float(np.abs(points).max()) if len(points) else 0.0
 
 
 def _lighter(colour: str, share: float = 0.55) -> str:

@@ -77,6 +77,10 @@ def unit_normals(positions: NDArray[Any], faces: I64, n: int) -> F32:
     return np.divide(summed, length, out=np.zeros_like(summed), where=length > 0).astype(np.float32)
 
 
+def _farthest(positions: NDArray[Any]) -> float:
+    return max(float(positions.max()), -float(positions.min())) if positions.size else 0.0
+
+
 class _Neighbourhood:
     """Which normals change when the vertices `ids` move, and the faces that give them."""
 
@@ -122,6 +126,7 @@ class Surface:
         self.normals = unit_normals(self.positions, faces, n)
         self.colours: U8 = np.tile(np.asarray(colour, dtype=np.uint8), (n, 1))
         self._neighbourhood: _Neighbourhood | None = None
+        self._reach = _farthest(self.positions)
 
         self._points = vtkPoints()
         self._points.SetData(numpy_to_vtk(self.positions))
@@ -150,12 +155,18 @@ class Surface:
         self.actor.SetMapper(self.mapper)
 
     @property
+    def reach(self) -> float:
+        """How far from the origin it has been along an axis, at the most, scene units."""
+        return self._reach
+
+    @property
     def n(self) -> int:
         """Number of vertices."""
         return len(self.positions)
 
     def move(self, positions: NDArray[Any], ids: I64 | None = None) -> None:
         """Take new positions in scene units: of all vertices (n, 3), or of `ids` only (m, 3)."""
+        self._reach = max(self._reach, _farthest(positions))
         if ids is None:
             self.positions[:] = positions
             self.normals[:] = unit_normals(self.positions, self.faces, self.n)

@@ -9,7 +9,7 @@ from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 
 from app.look import DARK, LIGHT, RIM, SOURCE, rgb8
-from app.viewport import Viewport, widget
+from app.viewport import Viewport, moving
 from app.viewport.camera import Eye
 from app.viewport.idimage import capture, captured_by_selector
 from app.viewport.shading import mapped, round_up, signed_mean_curvature
@@ -230,19 +230,6 @@ def test_picture_has_the_size_asked_for_and_may_be_transparent(stage):
     assert viewport.pick(*(stage.middle * (1.0, 1.25))) is not None
 
 
-def test_measure_gives_the_distance_on_the_surface_of_two_pixels(stage):
-    viewport = stage.viewport
-    first, second = stage.middle * (0.9, 1.25), stage.middle * (1.1, 1.3)
-    a, b, length = viewport.measure(first, second)
-    assert length == pytest.approx(np.linalg.norm(viewport.pick(*second).point - a))
-    assert (b != a).any()
-    assert viewport.measure(first, (1, 1)) is None
-    viewport.show_measure(a, b)
-    assert viewport.overlay.curve("measure").label == f"{length:.4g} mm"
-    viewport.show_measure(None)
-    assert viewport.overlay.curve("measure") is None
-
-
 def test_picture_to_trace_is_placed_and_faded(stage):
     viewport = stage.viewport
     red = QImage(200, 100, QImage.Format.Format_RGB32)
@@ -352,10 +339,10 @@ def test_linked_views_look_from_the_same_place(qtbot, stage):
 
 
 def test_a_heavy_form_turns_as_a_lighter_one_and_rests_as_itself(qtbot, monkeypatch):
-    monkeypatch.setattr(widget, "SLOW_FRAME_MS", 0.0)
+    monkeypatch.setattr(moving, "SLOW_FRAME_MS", 0.0)
     stage = Stage(torus(90_000))
     viewport = stage.viewport
-    assert len(viewport.form.faces) > widget.HEAVY_FACES
+    assert len(viewport.form.faces) > moving.HEAVY_FACES
     stage.settle()
     full = picture(viewport, (400, 320))
     viewport.turn_by(0.01, 0.0)
@@ -373,7 +360,7 @@ def test_a_heavy_form_turns_as_a_lighter_one_and_rests_as_itself(qtbot, monkeypa
 
 
 def test_the_region_of_a_heavy_form_is_never_lightened(qtbot, monkeypatch):
-    monkeypatch.setattr(widget, "SLOW_FRAME_MS", 0.0)
+    monkeypatch.setattr(moving, "SLOW_FRAME_MS", 0.0)
     stage = Stage(torus(90_000))
     viewport = stage.viewport
     ids = viewport.vertices_inside(stage.ellipse(0.15))

@@ -97,7 +97,6 @@ class Stage:
         viewport.set_mesh(mesh)
         viewport.invite(None)
         viewport.set_backdrop(None)
-        viewport.show_measure(None)
         viewport.clear_ink()
         self.settle()
         self.events.clear()

@@ -1,0 +1,188 @@
+"""Layers: the form, and all that lies on it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QWidget
+
+from app.look import DARK, Theme
+from app.viewport.inking import Inking
+from app.viewport.maps import Maps
+from app.viewport.overlay import SpaceCurve
+from app.viewport.shading import Display
+from engine.arrays import F64, I64
+from engine.mesh import Mesh
+
+
+class Layers(Inking):
+    """What is shown of a form.
+
+    Signals
+    -------
+    looks_changed : the form is coloured in another way, or its edges are drawn or not.
+    """
+
+    looks_changed = Signal()
+
+    def __init__(self, parent: QWidget | None, theme: Theme = DARK) -> None:
+        super().__init__(parent, theme)
+        self._form: Mesh | None = None
+        self._vertices: F64 = np.zeros((0, 3))
+        self.maps = Maps(self)
+        self.rested.connect(self.maps.rested)
+
+    def _apply_eye(self) -> None:
+        super()._apply_eye()
+        self.maps.turned(self.eye)
+
+    @property
+    def form(self) -> Mesh | None:
+        """The mesh that was set; `vertices` tells where its vertices are shown now."""
+        return self._form
+
+    @property
+    def vertices(self) -> F64:
+        """Positions as shown, (n, 3), mesh units."""
+        return self._vertices
+
+    def set_mesh(self, mesh: Mesh, keep_camera: bool = False) -> None:
+        """Show a mesh, framed three-quarter, or from where one looks now."""
+        before = self.scene.placement
+        self.scene.set_mesh(mesh)
+        self._form = mesh
+        self._vertices = mesh.vertices.copy()
+        after = self.scene.placement
+        if keep_camera:
+            scale = after.scale / before.scale
+            centre = after.to_scene(before.to_mesh(self.eye.centre))
+            moved = replace(self.eye, centre=centre, distance=self.eye.distance * scale)
+            self.look(moved, animate=False)
+        else:
+            self.standard_view("three-quarter", animate=False)
+            self.frame(animate=False)
+        self._apply_eye()
+        self.maps.new_form()
+        self._changed()
+
+    def set_vertices(self, positions: ArrayLike, changed_ids: I64 | None = None) -> None:
+        """Move the form.
+
+        Parameters
+        ----------
+        positions : (n, 3) of all vertices, or (m, 3) of `changed_ids`, mesh units.
+        changed_ids : (m,) the vertices that moved; the same array again and again is fastest.
+        """
+        if self.scene.surface is None:
+            return  # closed, while a result was still on its way
+        p = np.asarray(positions, dtype=np.float64)
+        if changed_ids is None:
+            self._vertices[:] = p
+        else:
+            if len(p) != len(changed_ids):
+                p = p[changed_ids]
+            self._vertices[changed_ids] = p
+        self.scene.move(p, changed_ids)
+        self.maps.moved()
+        self._lighten()
+        self._changed()
+
+    def set_region(self, ids: I64 | None) -> None:
+        """Tint the vertices `ids` as the region and draw their rim; None for no region."""
+        self.scene.set_region(ids)
+        self.update()
+
+    def set_colours(self, colours: ArrayLike | None) -> None:
+        """Colour every vertex, (n, 3) uint8, instead of clay and region; None for clay."""
+        self.scene.set_map(None if colours is None else np.asarray(colours, dtype=np.uint8))
+        self.update()
+
+    def ghost(self, positions: ArrayLike | None) -> None:
+        """Show other positions (n, 3) of the same mesh, translucent, where they differ."""
+        self.scene.set_ghost(positions)
+        self.update()
+
+    def set_pins(self, points: ArrayLike | None) -> None:
+        """Show pins at `points` (p, 3); None for no pins."""
+        self.scene.set_pins(points)
+        self.update()
+
+    def show_curve(
+        self,
+        name: str,
+        points: ArrayLike,
+        role: str,
+        closed: bool = False,
+        anchors: ArrayLike | None = None,
+        label: str = "",
+    ) -> None:
+        """Show a curve (p, 3) under a name until `hide_curve(name)`.
+
+        A target or a guide is drawn over everything; any other curve lies on the form and is hidden
+        by what is in front of it.
+        """
+        self.hide_curve(name)
+        if role in ("target", "guide"):
+            p = np.atleast_2d(np.asarray(points, dtype=np.float64))
+            self.overlay.set_curve(name, SpaceCurve(p, role, closed, label))
+            self.overlay.follow(self.view())
+        else:
+            self.scene.show_curve(name, points, role, closed, anchors)
+        self.update()
+
+    def hide_curve(self, name: str) -> None:
+        """Take the curve of that name away, if there is one."""
+        self.overlay.set_curve(name, None)
+        self.scene.hide_curve(name)
+        self.update()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Take the colours of another theme."""
+        self.scene.set_theme(theme)
+        self.overlay.set_theme(theme)
+        self.cube.set_theme(theme)
+        self.update()
+
+    @property
+    def display(self) -> Display:
+        """What the form is coloured by: clay, zebra, reflection, curvature or deviation."""
+        return self.maps.display
+
+    def set_display(self, display: Display) -> None:
+        """Colour the form by clay, by stripes that it reflects, or by a map with its scale."""
+        self.maps.show(display)
+        self.update()
+        self.looks_changed.emit()
+
+    def set_reference(self, positions: ArrayLike | None) -> None:
+        """Measure deviation from these positions (n, 3); None for the mesh as it was set."""
+        self.maps.set_reference(positions)
+        self.update()
+
+    def deviation(self) -> F64:
+        """Return the signed distance of each vertex from the reference, (n,), mesh units."""
+        return self.maps.deviation()
+
+    @property
+    def unit(self) -> str:
+        """What one mesh unit is, for scales and measures."""
+        return self.maps.unit
+
+    def set_unit(self, unit: str) -> None:
+        """Say what one mesh unit is."""
+        self.maps.unit = unit
+        self.set_display(self.display)
+
+    def set_wireframe(self, wanted: bool) -> None:
+        """Draw the edges of the triangles over the form, or not."""
+        self.scene.set_wireframe(wanted)
+        self.update()
+        self.looks_changed.emit()
+
+    @property
+    def wireframe(self) -> bool:
+        """Whether edges are drawn."""
+        return self.scene.wireframe
