@@ -110,6 +110,16 @@ class Layers(Inking):
         self.scene.set_pins(points)
         self.update()
 
+    def set_plane(self, plane: ArrayLike | None) -> None:
+        """Show where a plane of symmetry a, b, c, d cuts the form; None for none."""
+        self.scene.set_plane(plane)
+        self.update()
+
+    def show_sheet(self, wanted: bool) -> None:
+        """Show that plane as a translucent sheet as well, or not."""
+        self.scene.show_sheet(wanted)
+        self.update()
+
     def show_curve(
         self,
         name: str,
