@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from PySide6.QtCore import QObject, QSettings, Qt
+from PySide6.QtCore import QObject, QSettings, Qt, Signal
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QWidget
 
@@ -76,7 +76,14 @@ class Action:
 
 
 class Actions(QObject):
-    """The table: every action once, with the `QAction` made from it."""
+    """The table: every action once, with the `QAction` made from it.
+
+    Signals
+    -------
+    remapped : an action has other keys.
+    """
+
+    remapped = Signal()
 
     def __init__(self, window: QWidget, canvas: QWidget) -> None:
         super().__init__(window)
@@ -125,6 +132,11 @@ class Actions(QObject):
         else:
             QSettings().setValue(key, " ; ".join(shortcuts))
         self._set_keys(name)
+        self.remapped.emit()
+
+    def key_shown(self, name: str) -> str:
+        """The first key of an action as a person reads it, or ""."""
+        return self.qt[name].shortcut().toString(NATIVE)
 
     def owner_of(self, sequence: str) -> str | None:
         """Id of the action that a key sequence belongs to."""

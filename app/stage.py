@@ -248,8 +248,10 @@ class Stage(QObject):
                 points = on_picture_plane(stroke, self._drawn[stroke.anchors])
                 self._viewport.show_curve(f"target {i}", points, "target", closed=stroke.closed)
                 wanted |= {f"source {i}", f"target {i}"}
-        pins = list(draft.options.pins) if draft.roi is not None and marked else []
-        self._viewport.set_pins(self._drawn[pins] if pins else None)
+        pins = np.array(draft.options.pins, dtype=np.int64)
+        # Those of another region do nothing in this one.
+        pins = pins[np.isin(pins, draft.roi)] if draft.roi is not None and marked else pins[:0]
+        self._viewport.set_pins(self._drawn[pins] if len(pins) else None)
         for name in self._curves - wanted:
             self._viewport.hide_curve(name)
         self._curves = wanted

@@ -80,7 +80,7 @@ from engine import (
     trace_anchors,
     vertex_areas,
 )
-from engine.arrays import F64, I64
+from engine.arrays import B1, F64, I64
 from plugins.parts import taken_apart
 
 API_VERSION = 1
@@ -307,6 +307,7 @@ class RegionTool(Tool):
 
 __all__ = [
     "API_VERSION",
+    "B1",
     "Context",
     "DataStep",
     "Decomposition",

@@ -32,7 +32,10 @@ class LassoOptions:
 
     through: bool = field(
         default=False,
-        metadata={"label": "Through", "tip": "Take hidden vertices behind the surface as well"},
+        metadata={
+            "label": "Through",
+            "tip": "Take the back of the form as well: for a curve that moves the outline",
+        },
     )
     adjust: bool = field(
         default=False,

@@ -1,4 +1,4 @@
-"""Pin: a click on the region holds a vertex where it is; a click on a pin lets it go."""
+"""Pin: a click on the region holds a vertex where it is; a pin can be dragged, or clicked away."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from plugins.api import I64, Context, Document, EngineError, Gesture, Pointer, Tool
 
 GRAB = 12.0  # px: a click this near to a pin means the pin
+SLIP = 4.0  # px: a shorter drag is a click
 
 
 class Pin(Tool):
@@ -32,26 +33,35 @@ class Pin(Tool):
         if draft.roi is None:
             return "Choose a region first: press L and circle the part you want to reshape"
         if len(_pins(document)):
-            return "Click to pin another point, or click on a pin to let it go"
+            return "Click to pin another point; drag a pin to move it, click on it to let it go"
         return self.tip
 
     def gesture(self, context: Context, pointer: Pointer) -> Gesture:
-        """Pin or unpin what is under the press when the button is let go."""
+        """Pin what is under the press, let go the pin there, or drag it to another place."""
         press = pointer
+        if context.document.draft.roi is None:
+            raise EngineError("There is no region to pin. Press L and circle a part first.")
+        held = _pin_near(context, press)
+        moved: Document | None = None
         while pointer.kind != "release":
             pointer = yield
-        document = context.document
-        draft = document.draft
-        if draft.roi is None:
-            raise EngineError("There is no region to pin. Press L and circle a part first.")
-        pins = set(draft.options.pins)
-        held = _pin_near(context, press)
-        if held is not None:
-            pins.remove(held)
-        else:
-            pins.add(_vertex_under(context, press))
-        options = replace(draft.options, pins=tuple(sorted(pins)))
-        return document.with_draft(replace(draft, options=options))
+            away = float(np.hypot(pointer.x - press.x, pointer.y - press.y))
+            if held is None or (moved is None and away < SLIP):
+                continue
+            vertex = _vertex_at(context, pointer)
+            if vertex is not None:  # beyond the region it stays at the last place on it
+                moved = _with_pin(context.document, vertex, held)
+                context.preview(moved)
+        if held is None:
+            return _with_pin(context.document, _vertex_under(context, press), None)
+        return moved or _with_pin(context.document, None, held)
+
+
+def _with_pin(document: Document, added: int | None, removed: int | None) -> Document:
+    draft = document.draft
+    pins = {pin for pin in (*draft.options.pins, added) if pin is not None and pin != removed}
+    options = replace(draft.options, pins=tuple(sorted(pins)))
+    return document.with_draft(replace(draft, options=options))
 
 
 def _pin_near(context: Context, press: Pointer) -> int | None:
@@ -75,8 +85,13 @@ def _pins(document: Document) -> I64:
     return pins if draft.roi is None else pins[np.isin(pins, draft.roi)]
 
 
+def _vertex_at(context: Context, pointer: Pointer) -> int | None:
+    hit, roi = context.pick(pointer.x, pointer.y), context.document.draft.roi
+    return None if hit is None or roi is None or hit.vertex not in roi else hit.vertex
+
+
 def _vertex_under(context: Context, press: Pointer) -> int:
-    hit, roi = context.pick(press.x, press.y), context.document.draft.roi
-    if hit is None or roi is None or hit.vertex not in roi:
+    vertex = _vertex_at(context, press)
+    if vertex is None:
         raise EngineError("That point is not on the region. Click on the coloured part.")
-    return hit.vertex
+    return vertex

@@ -8,17 +8,20 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from plugins.api import (
+    B1,
     F64,
     I64,
     Context,
     Document,
     EngineError,
     Gesture,
+    Mesh,
     Pointer,
     Source,
     Stroke,
     Tool,
     View,
+    grown,
     resample_target,
     silhouette_chain,
     tidy_stroke,
@@ -29,6 +32,7 @@ from plugins.grasp import GRAB, falloff, lengths
 SHORTEST = 12.0  # px: a shorter path is a slip of the hand, not a curve
 CLOSES = 16.0  # px: a curve whose ends come this near, after a long way, is a closed one
 COVERED = 0.95  # of the triangles under a source: below it the person is told
+BESIDE, MANY = 0.15, 0.3  # of a curve's length, of its anchors: when the region ends beside it
 SNAPS = 24.0  # px: an outline this near draws a stroke onto itself
 
 
@@ -115,6 +119,10 @@ class SourceTool(Tool):
         if context.options.weights and pointer.pen:
             seen = context.view.project(context.shown.vertices[anchors])
             weights = _weights(seen, drawn, pressures)
+        if ends_behind(context, anchors, draft.roi):
+            context.notice(
+                "The region ends just behind this curve; Shift+L takes the back of the form as well"
+            )
         source = Source(anchors, context.view, closed, weights)
         return context.document.with_draft(replace(draft, source=source))
 
@@ -234,6 +242,44 @@ def _drawn(context: Context, pointer: Pointer) -> Generator[None, Pointer, tuple
         pressures.append(pressures[-1] if pointer.kind == "release" else pointer.pressure)
         context.draw(np.array(path), "source")
     return np.array(path), np.array(pressures)
+
+
+def ends_behind(context: Context, anchors: I64, roi: I64) -> bool:
+    """Whether the region ends beside a curve on the outline of the form, out of sight.
+
+    Then the form cannot follow the curve evenly: what lies behind the outline stays. It is so where
+    vertices outside the region that are turned away from the eye lie near many anchors, by the
+    curve's own length.
+    """
+    mesh, view = context.shown, context.view
+    outside = np.setdiff1d(grown(mesh.topology, roi), roi)
+    if len(outside) == 0:
+        return False
+    hidden = mesh.vertices[outside[_turned_away(mesh, outside, view)]]
+    if len(hidden) == 0:
+        return False
+    curve = mesh.vertices[anchors]
+    length = float(np.linalg.norm(np.diff(curve, axis=0), axis=1).sum())
+    away = np.linalg.norm(curve[:, None, :] - hidden[None, :, :], axis=2).min(axis=1)
+    return bool((away < BESIDE * length).mean() > MANY)
+
+
+def _turned_away(mesh: Mesh, ids: I64, view: View) -> B1:
+    """Mask (i,) of the vertices `ids`, ascending, where the surface faces away from the eye."""
+    wanted = np.zeros(mesh.n, dtype=bool)
+    wanted[ids] = True
+    faces = mesh.faces[wanted[mesh.faces].any(axis=1)]
+    a, b, c = (mesh.vertices[faces[:, k]] for k in range(3))
+    across = np.cross(b - a, c - a)
+    normals = np.zeros((len(ids), 3))
+    for corner in faces.T:
+        kept = wanted[corner]
+        np.add.at(normals, np.searchsorted(ids, corner[kept]), across[kept])
+    size = np.linalg.norm(normals, axis=1, keepdims=True)
+    # Going along the normal leads away from the eye.
+    step = 1e-3 * mesh.diagonal * normals / np.maximum(size, 1e-300)
+    x = mesh.vertices[ids]
+    return np.asarray(view.depth(x + step) > view.depth(x))
 
 
 def _on_surface(context: Context, path: F64, roi: I64, closed: bool) -> I64:

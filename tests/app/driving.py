@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from PySide6.QtCore import QCoreApplication, QEvent, QPointF, Qt
-from PySide6.QtGui import QInputDevice, QMouseEvent, QPointingDevice, QTabletEvent
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, Qt, QTimer
+from PySide6.QtGui import QImage, QInputDevice, QMouseEvent, QPointingDevice, QTabletEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QDialog, QMenu, QMenuBar, QWidget
 
 from app.window import Window
 from engine import Mesh
@@ -102,7 +106,8 @@ class Pen(Mouse):
 
     name = "pen"
 
-    def __init__(self, eraser: bool = False) -> None:
+    def __init__(self, eraser: bool = False, pressure: float = 0.5) -> None:
+        self.pressure = pressure
         kind = QPointingDevice.PointerType
         self.device = QPointingDevice(
             "test pen",
@@ -115,7 +120,7 @@ class Pen(Mouse):
         )
 
     def send(self, view: QWidget, kind: str, at: ArrayLike, modifiers: Qt.KeyboardModifier) -> None:
-        """Send one event at a position in logical pixels, pressure one half."""
+        """Send one event at a position in logical pixels, at the pressure of now."""
         types = {
             "press": QEvent.Type.TabletPress,
             "move": QEvent.Type.TabletMove,
@@ -127,7 +132,7 @@ class Pen(Mouse):
             self.device,
             place,
             QPointF(view.mapToGlobal(place)),
-            0.5,
+            self.pressure,
             0.0,
             0.0,
             0.0,
@@ -138,6 +143,91 @@ class Pen(Mouse):
             NO_BUTTON if kind == "release" else LEFT,
         )
         QCoreApplication.sendEvent(view, event)
+
+
+def soon(done: Callable[[], bool], seconds: float = 5.0) -> bool:
+    """Let the window work until `done()` holds; return whether it does in time."""
+    end = time.monotonic() + seconds
+    while not done() and time.monotonic() < end:
+        QTest.qWait(5)
+    return done()
+
+
+def awake(window: QWidget) -> None:
+    """Give the keys back to a window when a menu or a dialog had them."""
+    QCoreApplication.processEvents()
+    if not window.isActiveWindow():
+        window.activateWindow()
+        assert soon(window.isActiveWindow), "the window does not get the keys"
+        QCoreApplication.processEvents()
+
+
+def through_menus(window: Window, *titles: str) -> None:
+    """Click through the menus: "View", "Standard views", "From the back"."""
+    awake(window)
+    bar = window.menuBar()
+    shown: QMenuBar | QMenu = bar
+    for depth, title in enumerate(titles):
+        rows = shown.actions()
+        action = next(one for one in rows if one.text().replace("&", "").rstrip("…") == title)
+        assert action.isEnabled(), f"{title} cannot be done"
+        place = shown.actionGeometry(action).center()
+        if depth:
+            # The pointer comes from somewhere: a menu under a pointer that rests takes no click.
+            for at in (place - QPoint(3, 0), place):
+                QTest.mouseMove(shown, at)
+                QCoreApplication.processEvents()
+        QTest.mouseClick(shown, LEFT, NONE, place)
+        if depth + 1 < len(titles):
+            shown = action.menu()
+            assert shown is not None, f"{title} is no menu"
+            assert soon(shown.isVisible), f"the menu {title} does not open"
+    assert soon(lambda: QApplication.activePopupWidget() is None), "a menu stays open"
+
+
+def press(widget: QWidget, key: Qt.Key, modifiers: Qt.KeyboardModifier = NONE) -> None:
+    """Press and let go a key in a window that has the keys."""
+    awake(widget.window())
+    QTest.keyClick(widget, key, modifiers)
+    QCoreApplication.processEvents()
+
+
+@contextmanager
+def in_dialog(kind: type[QDialog], act: Callable[[Any], object]) -> Iterator[None]:
+    """Act in a dialog as soon as it is there, while whoever opened it waits for its end."""
+    failures: list[Exception] = []
+
+    def look() -> None:
+        widgets = QApplication.topLevelWidgets()
+        dialog = next((w for w in widgets if isinstance(w, kind) and w.isVisible()), None)
+        if dialog is None:
+            return
+        clock.stop()
+        try:
+            act(dialog)
+        except Exception as error:  # noqa: BLE001 (it belongs to the test, not to the timer)
+            failures.append(error)
+            dialog.reject()
+
+    clock = QTimer()
+    clock.setInterval(20)
+    clock.timeout.connect(look)
+    clock.start()
+    yield
+    waiting = clock.isActive()
+    clock.stop()
+    if failures:
+        raise failures[0]
+    assert not waiting, f"no {kind.__name__} was opened"
+
+
+def pixels(widget: QWidget) -> NDArray[np.int64]:
+    """What is seen of a widget and what lies over it, (h, w, 3) in device pixels, 0 to 255."""
+    widget.repaint()
+    image = widget.grab().toImage().convertToFormat(QImage.Format.Format_RGB888)
+    rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1)
+    wide = rows[:, : 3 * image.width()].reshape(image.height(), image.width(), 3)
+    return wide.astype(np.int64)
 
 
 def settled(window: Window) -> Callable[[], bool]:
