@@ -100,9 +100,9 @@ def _parser() -> argparse.ArgumentParser:
 
 def _window(given: argparse.Namespace) -> int:
     if has_display():
-        from app import window
+        from app import start
 
-        return window.main(given.file)
+        return start.main(given.file)
     if given.file is not None:
         from engine import EngineError
 

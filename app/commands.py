@@ -58,7 +58,7 @@ def without_clashes(actions: list[Action]) -> list[Action]:
 
 
 def _file(window: Window) -> list[Action]:
-    menu = "File"
+    menu, ask = "File", window.file_dialogs
 
     def unit_is(unit: str) -> bool:
         document = window.session.document
@@ -69,7 +69,7 @@ def _file(window: Window) -> list[Action]:
             window.safety.restore_set_aside()
 
     return [
-        Action("file.open", "Open…", window.ask_open, ("Ctrl+O",), "mdi6.folder-open-outline",
+        Action("file.open", "Open…", ask.open, ("Ctrl+O",), "mdi6.folder-open-outline",
                menu=menu),
         Action("file.save", "Save", window.documents.save, ("Ctrl+S",), "mdi6.content-save-outline",
                with_document, menu, apart=True),
@@ -77,9 +77,9 @@ def _file(window: Window) -> list[Action]:
                with_document, menu),
         Action("file.restore", "Restore unsaved work…", restore, (), "mdi6.history",
                lambda _document: window.safety is not None, menu),
-        Action("file.export", "Export mesh…", window.ask_export, ("Ctrl+E",), "mdi6.export",
+        Action("file.export", "Export mesh…", ask.export, ("Ctrl+E",), "mdi6.export",
                with_document, menu, apart=True),
-        Action("file.recipe", "Save recipe…", window.ask_recipe, (), "mdi6.script-text-outline",
+        Action("file.recipe", "Save recipe…", ask.export_recipe, (), "mdi6.script-text-outline",
                with_document, menu),
         *(
             Action(f"file.unit.{unit}", f"One unit is {words}",
@@ -208,7 +208,7 @@ def _region(window: Window) -> list[Action]:
 
 
 def _view(window: Window) -> list[Action]:
-    menu, viewport = "View", window.viewport
+    menu, viewport, pictures = "View", window.viewport, window.picture_files
 
     def frame() -> None:
         document = window.session.document
@@ -263,9 +263,9 @@ def _view(window: Window) -> list[Action]:
         Action("view.turntable", "Turntable",
                flip(viewport.set_turntable, lambda: viewport.turntable), (), "mdi6.rotate-360",
                with_document, menu, checked=lambda: viewport.turntable, apart=True),
-        Action("view.picture", "Save a picture…", window.ask_picture, (), "mdi6.camera-outline",
+        Action("view.picture", "Save a picture…", pictures.ask_save, (), "mdi6.camera-outline",
                with_document, menu),
-        Action("view.backdrop", "Picture to trace…", window.ask_backdrop, (), "mdi6.image-outline",
+        Action("view.backdrop", "Picture to trace…", pictures.ask_trace, (), "mdi6.image-outline",
                with_document, menu),
         Action("view.panels", "Hide panels", window.toggle_panels, ("Tab",), menu=menu,
                scope="canvas", apart=True),

@@ -78,7 +78,7 @@ class Safety(QObject):
         if self._search is not None and self._search.is_alive():
             return
         self.offers.release()
-        from app.window import recent
+        from app.recent import recent
 
         folders = {path.parent for path in recent()}
 

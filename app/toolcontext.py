@@ -33,7 +33,11 @@ class ToolContext(QObject):
     said = Signal(str)
 
     def __init__(
-        self, session: Session, canvas: DrawingSurface, toolbox: Toolbox, parent: QObject | None = None
+        self,
+        session: Session,
+        canvas: DrawingSurface,
+        toolbox: Toolbox,
+        parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
         self.tool: Tool | None = None

@@ -37,7 +37,11 @@ class ToolHost(QObject):
     gesture_changed = Signal()
 
     def __init__(
-        self, session: Session, canvas: DrawingSurface, toolbox: Toolbox, parent: QObject | None = None
+        self,
+        session: Session,
+        canvas: DrawingSurface,
+        toolbox: Toolbox,
+        parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
         self.toolbox = toolbox

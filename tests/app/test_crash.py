@@ -18,8 +18,9 @@ from PySide6.QtWidgets import QMessageBox, QWidget
 from shiboken6 import isValid
 
 from app.crash import CrashDialog, CrashWatch, about, native_crashes
+from app.recent import recent
 from app.recovery_bar import sentence
-from app.window import Window, recent
+from app.window import Window
 from engine import Draft, HistoryState, open_archive
 from engine.files.place import beside
 from engine.journal import recover

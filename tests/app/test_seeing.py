@@ -37,8 +37,8 @@ def test_views_are_kept_in_the_document(window: Window, qtbot) -> None:
     window.ask.line.setText("Front left")
     qtbot.keyClick(window.ask.line, Qt.Key.Key_Return)
     assert list(window.session.document.views) == ["Front left"]
-    window.views_menu.aboutToShow.emit()
-    assert [a.text() for a in window.views_menu.actions()] == ["Front left"]
+    window.menus.views.aboutToShow.emit()
+    assert [a.text() for a in window.menus.views.actions()] == ["Front left"]
     window.session.undo()
     assert not window.session.document.views
 
@@ -82,7 +82,7 @@ def test_a_picture_has_the_size_and_the_background_asked_for(
     width, height = dialog.size_in_pixels
     assert width == 640
     for transparent in (True, False):
-        window.save_picture(tmp_path / "picture.png", (width, height), transparent)
+        window.picture_files.save(tmp_path / "picture.png", (width, height), transparent)
         image = QImage(str(tmp_path / "picture.png"))
         assert (image.width(), image.height()) == (width, height)
         assert (image.pixelColor(2, 2).alpha() == 0) is transparent
@@ -96,7 +96,7 @@ def test_a_picture_to_trace_is_faded_moved_and_removed(
     image = QImage(200, 100, QImage.Format.Format_RGB32)
     image.fill(Qt.GlobalColor.red)
     image.save(str(tmp_path / "trace.png"))
-    window.trace(tmp_path / "trace.png")
+    window.picture_files.trace(tmp_path / "trace.png")
     bar, overlay = window.trace_bar, window.viewport.overlay
     assert bar.isVisible()
     bar.fade.setValue(20)
@@ -110,7 +110,7 @@ def test_a_picture_to_trace_is_faded_moved_and_removed(
     bar.remove()
     assert overlay.backdrop is None
     (tmp_path / "no.png").write_text("no picture", encoding="utf-8")
-    window.trace(tmp_path / "no.png")
+    window.picture_files.trace(tmp_path / "no.png")
     assert "not a picture" in window.session.problems.sentence
 
 

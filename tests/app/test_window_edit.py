@@ -225,7 +225,7 @@ def test_a_file_is_dropped_on_the_window(make_window, qtbot, sphere_file: Path) 
     window.dropEvent(event)
     qtbot.waitUntil(lambda: window.session.document is not None, timeout=30_000)
     assert window.windowTitle().startswith("sphere.ply")
-    from app.window import recent
+    from app.recent import recent
 
     assert recent() == [sphere_file.resolve()]
 

@@ -204,10 +204,10 @@ def test_every_action_has_its_own_keys_and_they_can_be_changed(window: Window, q
 def test_tab_hides_the_panels(window: Window, qtbot) -> None:
     wide = window.viewport.width()
     qtbot.keyClick(window.viewport, Qt.Key.Key_Tab)
-    assert not window.side.isVisible()
+    assert not window.body.side.isVisible()
     qtbot.waitUntil(lambda: window.viewport.width() > wide)
     qtbot.keyClick(window.viewport, Qt.Key.Key_Tab)
-    assert window.side.isVisible()
+    assert window.body.side.isVisible()
 
 
 @pytest.mark.parametrize("theme", ["dark", "light"])
@@ -381,7 +381,7 @@ def test_a_picture_is_saved_on_nothing(window: Window, qtbot, tmp_path: Path) ->
     from PySide6.QtGui import QImage
 
     size = (2 * window.viewport.width(), 2 * window.viewport.height())
-    window.save_picture(tmp_path / "form.png", size)
+    window.picture_files.save(tmp_path / "form.png", size)
     image = QImage(str(tmp_path / "form.png"))
     assert image.width() == 2 * window.viewport.width()
     assert image.pixelColor(2, 2).alpha() == 0

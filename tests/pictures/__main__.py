@@ -67,7 +67,8 @@ def take(scene: str, theme: str, folder: Path) -> int:
         for name in ("XDG_STATE_HOME", "XDG_DATA_HOME", "XDG_CONFIG_HOME"):
             os.environ.pop(name, None)
         from app.look import Appearance
-        from app.window import Window, application
+        from app.start import application
+        from app.window import Window
         from tests.pictures.studio import Stage
 
         window = Window(Appearance(application(), theme))

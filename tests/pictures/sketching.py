@@ -127,7 +127,7 @@ def trace(stage: Stage) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "sketch.png"
         drawing(stage, 0.28).save(str(path))
-        window.trace(path)
+        window.picture_files.trace(path)
     stage.stroke(circle(view, 0.06, 0.03, 0.2))
     stage.rest()
     stage.stroke(bow(view, (0.14, -0.08), (0.14, 0.14)))

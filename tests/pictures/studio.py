@@ -229,7 +229,7 @@ class Stage:
 
     def keep_canvas(self, name: str) -> None:
         """Write a picture of the form and the options of the tool above it."""
-        self.keep(name, self.window.strip, self.window.split)
+        self.keep(name, self.window.strip, self.window.body.split)
 
     def dialog(self, name: str) -> None:
         """Write a picture of the window with the dialog that is open, and close that."""

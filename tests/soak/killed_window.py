@@ -14,7 +14,8 @@ from pathlib import Path
 from PySide6.QtCore import QSettings
 
 from app.look import Appearance
-from app.window import Window, application
+from app.start import application
+from app.window import Window
 from engine import Document, HistoryState
 from tests.app.driving import bumpy_sphere
 from tests.engine.histories import fingerprint

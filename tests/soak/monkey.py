@@ -300,7 +300,7 @@ class Monkey:
         """Click on any visible button, box or list."""
         inside = [
             one
-            for one in self.window.side.findChildren(QWidget)
+            for one in self.window.body.side.findChildren(QWidget)
             if one.isVisible() and one.isEnabled() and not one.findChildren(QWidget)
         ]
         if inside:
@@ -455,7 +455,7 @@ def main(arguments: list[str] | None = None) -> int:
     from PySide6.QtCore import QSettings
 
     from app.look import Appearance
-    from app.window import application
+    from app.start import application
     from engine import save
     from tests.app.driving import bumpy_sphere
 

@@ -1,0 +1,73 @@
+"""Opening plate: what a person is told and asked when a file is opened."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import psutil
+from PySide6.QtCore import QObject
+
+from app.files import Files
+from app.plate import Plate
+from app.seeing import UNIT_WORDS, likely_unit, unit_question
+from app.session import Session
+from engine import ImportReport
+
+
+class OpeningPlate(QObject):
+    """Shows on a plate what was done to a file, whether it is large, and what its unit may be."""
+
+    def __init__(self, session: Session, files: Files, plate: Plate) -> None:
+        super().__init__(plate)
+        self._session = session
+        self._files = files
+        self._plate = plate
+        session.opened.connect(self._opened)
+        files.imported.connect(self._show_report)
+        files.heavy.connect(self._ask_heavy)
+
+    def _opened(self) -> None:
+        self._plate.hide()
+        self._ask_unit()
+
+    def _ask_unit(self) -> None:
+        """Ask what one unit is when the model would be oddly small or large."""
+        document = self._session.document
+        if document is not None and likely_unit(document) is not None:
+            self._plate.say(
+                f"Opened {document.name}", [unit_question(document)], self._unit_buttons()
+            )
+
+    def _ask_heavy(self, path: Path, clean: bool, needed: int) -> None:
+        """Ask before a file is opened that takes much memory."""
+        free = psutil.virtual_memory().available
+        words = (
+            f"It needs about {needed / 2**30:.1f} GiB of memory; {free / 2**30:.1f} GiB are free."
+        )
+        self._plate.say(
+            f"Open {path.name}?",
+            [words],
+            {
+                "Open": lambda: self._files.open(path, clean=clean, sure=True),
+                "Leave it": lambda: None,
+            },
+        )
+
+    def _show_report(self, report: ImportReport) -> None:
+        """Say what was done to a file, and offer to take it as it is."""
+        path = self._session.path
+        buttons: dict[str, Callable[[], object]] = {}
+        if report.repairs and path is not None:
+            buttons["Open without repairs"] = lambda: self._files.open(path, clean=False)
+        document = self._session.document
+        doubtful = document is not None and likely_unit(document) is not None
+        question = [unit_question(document)] if document is not None and doubtful else []
+        buttons |= self._unit_buttons() if doubtful else {"Good": lambda: None}
+        self._plate.say(f"Opened {report.name}", [*report.lines(), *question], buttons)
+
+    def _unit_buttons(self) -> dict[str, Callable[[], object]]:
+        return {
+            words.capitalize(): lambda unit=unit: self._session.set_unit(unit)
+            for unit, words in UNIT_WORDS.items()
+        }

@@ -1,0 +1,63 @@
+"""Picture files: pictures of the form that are saved, and pictures that are traced."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtGui import QImage
+from PySide6.QtWidgets import QFileDialog, QWidget
+
+from app.recent import last_folder
+from app.seeing import PictureDialog, TraceBar, picture_file
+from app.session import Session
+from app.viewport import Viewport
+
+TRACES = "Pictures (*.png *.jpg *.jpeg *.bmp *.webp)"
+
+
+class PictureFiles:
+    """Saves what the viewport shows, and lays a picture over it to trace."""
+
+    def __init__(
+        self, session: Session, viewport: Viewport, trace_bar: TraceBar, window: QWidget
+    ) -> None:
+        self._session = session
+        self._viewport = viewport
+        self._trace_bar = trace_bar
+        self._window = window
+
+    def ask_save(self) -> None:
+        """Let the person choose a picture's size and background, and where it goes."""
+        dialog = PictureDialog(self._viewport, self._window)
+        if dialog.exec() and (path := picture_file(self._window, last_folder())) is not None:
+            self.save(path, dialog.size_in_pixels, dialog.transparent.isChecked())
+
+    def save(self, path: Path, size: tuple[int, int], transparent: bool = True) -> None:
+        """Write a picture of the form of `size` pixels, on nothing or on the ground."""
+        image = self._viewport.render_image(size, transparent)
+        target = path if path.suffix else path.with_suffix(".png")
+        if image.save(str(target)):
+            self._session.noticed.emit(f"Picture saved to {target.name}")
+        else:
+            self._session.problems.say(
+                f"{target.name} could not be written. Choose another folder."
+            )
+
+    def ask_trace(self) -> None:
+        """Let the person choose a picture to trace; the same again takes it away."""
+        if self._viewport.overlay.backdrop is not None:
+            self._trace_bar.remove()
+            return
+        name, _ = QFileDialog.getOpenFileName(
+            self._window, "Picture to trace", last_folder(), TRACES
+        )
+        if name:
+            self.trace(Path(name))
+
+    def trace(self, path: Path) -> None:
+        """Lay the picture in a file over the form, to trace it."""
+        image = QImage(str(path))
+        if image.isNull():
+            self._session.problems.say(f"{path.name} is not a picture. Choose a PNG or JPEG file.")
+            return
+        self._trace_bar.trace(image)

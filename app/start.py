@@ -1,0 +1,43 @@
+"""Start: the Qt application, and the window on a file."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from PySide6.QtCore import QSettings, Qt, QTimer
+from PySide6.QtWidgets import QApplication
+
+from app.look import Appearance
+from app.places import state_folder
+from app.window import Window
+from engine import start_worker
+from resources import sample_path
+
+
+def application() -> QApplication:
+    """Return the Qt application, made the way the viewport needs it."""
+    existing = QApplication.instance()
+    if isinstance(existing, QApplication):
+        return existing
+    # Every point that mouse and pen report is wanted: strokes are drawn with them.
+    QApplication.setAttribute(Qt.ApplicationAttribute.AA_CompressHighFrequencyEvents, False)
+    QApplication.setAttribute(Qt.ApplicationAttribute.AA_CompressTabletEvents, False)
+    made = QApplication(sys.argv[:1])
+    made.setApplicationName("Eigenform")
+    made.setOrganizationName("Eigenform")
+    return made
+
+
+def main(path: Path | None = None) -> int:
+    """Open the window on a file, or on the sample vase, and run until it is closed."""
+    app = application()
+    choice = QSettings().value("look/theme", "system")
+    window = Window(Appearance(app, str(choice)))
+    window.keep_safe(state_folder())
+    start_worker()
+    window.show()
+    if path is None:
+        window.session.opened.connect(window.welcome.begin, Qt.ConnectionType.SingleShotConnection)
+    QTimer.singleShot(0, lambda: window.files.open(path or sample_path("vase")))
+    return app.exec()
