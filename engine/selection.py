@@ -1,4 +1,4 @@
-"""Sets of vertices: grown, shrunk, smoothed at their border, turned inside out.
+"""Sets of vertices: grown, shrunk, smoothed at their border, turned inside out, seen through.
 
 None of these changes its argument; all return ascending ids.
 """
@@ -8,9 +8,14 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from engine.arrays import B1, F64, I64
-from engine.mesh import Topology
+from engine.mesh import Mesh, Topology
+from engine.view import View
+
+# From the middle of an equilateral triangle to its corners, in edge lengths.
+_TO_CORNER = 3**-0.5
 
 
 def grown(topology: Topology, roi: I64, rings: int = 1) -> I64:
@@ -52,6 +57,27 @@ def smoothed_border(topology: Topology, roi: I64, rounds: int = 3) -> I64:
     for _ in range(rounds):
         weight = (weight + np.asarray(topology.adjacency @ weight) / degree) / 2
     return np.flatnonzero(np.where(weight == 0.5, inside, weight > 0.5))
+
+
+def seen_through(mesh: Mesh, roi: I64, view: View) -> I64:
+    """Return the region with all that lies behind or before it in a view.
+
+    A vertex is taken when the region's triangles cover it: when it is seen no farther from the
+    region's nearest vertex than the middle of an even triangle lies from its corners.
+    """
+    pixels = view.project(mesh.vertices)
+    region = pixels[roi]
+    inner = sp.coo_array(mesh.topology.adjacency[roi][:, roi])
+    apart = np.linalg.norm(region[inner.row] - region[inner.col], axis=1)
+    reach = np.zeros(len(roi))
+    np.maximum.at(reach, inner.row, apart)
+    farthest = float(reach.max(initial=0.0))
+    low, high = region.min(axis=0) - farthest, region.max(axis=0) + farthest
+    near = ((pixels >= low) & (pixels <= high)).all(axis=1) & (view.depth(mesh.vertices) > 0)
+    near &= mesh.topology.used_vertices
+    ids = np.flatnonzero(near)
+    away, nearest = cKDTree(region).query(pixels[ids])
+    return np.union1d(roi, ids[away <= _TO_CORNER * reach[nearest]])
 
 
 def connected_to(topology: Topology, ids: I64, vertex: int) -> I64:

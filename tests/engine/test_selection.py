@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 
 from engine import Mesh
-from engine.selection import connected_to, grown, inverted, shrunk, smoothed_border
+from engine.selection import (
+    connected_to,
+    grown,
+    inverted,
+    seen_through,
+    shrunk,
+    smoothed_border,
+)
+from engine.view import look_at
 
 N = 21
 
@@ -75,3 +83,20 @@ def test_only_what_hangs_together_is_taken(plate: Mesh) -> None:
     two = np.union1d(np.arange(5), np.arange(N * 4, N * 4 + 6))
     assert (connected_to(plate.topology, two, 2) == np.arange(5)).all()
     assert len(connected_to(plate.topology, two, N)) == 0
+
+
+def test_what_lies_behind_the_region_is_taken_too(plate: Mesh) -> None:
+    """Two plates above each other, seen from above: a disc on the upper one takes its shadow."""
+    below = plate.vertices - np.array([0, 0, 3.0])
+    both = Mesh(
+        np.concatenate([plate.vertices, below]),
+        np.concatenate([plate.faces, plate.faces + plate.n]),
+    )
+    view = look_at((N / 2, N / 2, 0), 4000, 0, 90, (800, 800), angle=0.5)
+    roi = disc(plate, 6)
+    taken = seen_through(both, roi, view)
+    assert set(roi) <= set(taken)
+    lower = taken[taken >= plate.n] - plate.n
+    inner, outer = disc(plate, 5), disc(plate, 7.5)
+    assert set(inner) <= set(lower)
+    assert set(lower) <= set(outer)
