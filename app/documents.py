@@ -16,6 +16,7 @@ from app.viewport import Viewport
 from app.viewport.camera import Eye
 from engine import EngineError, HistoryState
 from engine.archive import DOCUMENT_SUFFIX, Archive, save_archive
+from engine.files.place import Stamp
 from engine.plain import from_plain, to_plain
 
 FILTER = f"Eigenform document (*{DOCUMENT_SUFFIX})"
@@ -44,6 +45,7 @@ class Documents(QObject):
         self._viewport = viewport
         self._window = window
         self.pictures: Callable[[], Mapping[int, bytes]] = dict
+        self._known: tuple[Path, Stamp | None] | None = None
         files.unpacked.connect(self._unpacked)
 
     @property
@@ -54,8 +56,10 @@ class Documents(QObject):
 
     def save(self, then: Callable[[], object] | None = None) -> None:
         """Save to the file that is open, or ask for one; `then` follows when all is safe."""
-        if self.path is not None:
-            self.save_to(self.path, then)
+        path = self.path
+        if path is not None:
+            known = self._known[1] if self._known and self._known[0] == path else None
+            self.save_to(path, then, known)
         else:
             self.save_as(then)
 
@@ -95,17 +99,23 @@ class Documents(QObject):
             return chosen
         return chosen.with_name(chosen.name + DOCUMENT_SUFFIX)
 
-    def save_to(self, path: Path, then: Callable[[], object] | None = None) -> None:
-        """Save as `path` in the background; a failure is shown and nothing follows."""
+    def save_to(
+        self, path: Path, then: Callable[[], object] | None = None, known: Stamp | None = None
+    ) -> None:
+        """Save as `path` in the background; a failure is shown and nothing follows.
+
+        With the stamp `known`, the file is replaced only if nobody else has changed it since.
+        """
         history = self._session.history
         if history is None:
             return
         state: HistoryState = history.state()
         pictures, window = dict(self.pictures()), self.window_state()
 
-        def done(_none: None) -> None:
+        def done(stamp: Stamp | None) -> None:
             if self._session.history is history:
                 self._session.path = path
+                self._known = (path, stamp)
                 self.saved.emit(path, state)
             self._session.noticed.emit(f"Saved to {path.name}")
             if then is not None:
@@ -114,7 +124,7 @@ class Documents(QObject):
         # A channel of its own: opening a file must not push a save aside that waits.
         self._session.jobs.submit(
             "save",
-            lambda _run: save_archive(path, state, pictures, window),
+            lambda _run: save_archive(path, state, pictures, window, known),
             done,
             self._session.problems.report,
             priority=0,
@@ -128,6 +138,7 @@ class Documents(QObject):
         return {"eye": to_plain(self._viewport.eye, _no_arrays)}
 
     def _unpacked(self, archive: Archive) -> None:
+        self._known = None if self.path is None else (self.path, archive.stamp)
         try:
             eye = from_plain(Eye, archive.window.get("eye"), _no_fetch)
         except EngineError:

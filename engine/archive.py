@@ -17,7 +17,7 @@ import struct
 import zipfile
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -27,7 +27,18 @@ from numpy.typing import NDArray
 
 from engine.document import Document, History, HistoryState, Moment
 from engine.errors import Cancelled, EngineError, FileError
-from engine.files.place import beside, put_in_place, real_target, sweep_strays
+from engine.files.place import (
+    Stamp,
+    beside,
+    put_in_place,
+    readable_size,
+    reading_sentence,
+    real_target,
+    refuse_changed,
+    stamp_of,
+    sweep_strays,
+)
+from engine.files.report import shown
 from engine.mesh import Mesh
 from engine.npy import npy_array, npy_header
 from engine.packing import Packer, Unpacker, array_key, history_state, readable_moments, redo_links
@@ -61,12 +72,14 @@ class Archive:
     pictures : PNG bytes of the moments that have one, by the moment's id.
     window : what the window wants to find again, as plain JSON (its camera, for one).
     report : what could not be read, in plain sentences; empty when the file is whole.
+    stamp : of the file that was read, for `save_archive`.
     """
 
     state: HistoryState
     pictures: Mapping[int, bytes] = field(default_factory=lambda: MappingProxyType({}))
     window: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     report: tuple[str, ...] = ()
+    stamp: Stamp | None = None
 
     @property
     def history(self) -> History:
@@ -79,8 +92,11 @@ def save_archive(
     state: HistoryState,
     pictures: Mapping[int, bytes] | None = None,
     window: Mapping[str, Any] | None = None,
-) -> None:
+    known: Stamp | None = None,
+) -> Stamp | None:
     """Write a history as a document file; the same history gives the same bytes.
+
+    Returns the stamp of what was written.
 
     Parameters
     ----------
@@ -88,11 +104,13 @@ def save_archive(
     state : `History.state()`.
     pictures : PNG bytes by moment id.
     window : plain JSON that is handed back on opening.
+    known : the stamp that the file had when it was opened or saved here; None replaces anything.
 
     Raises
     ------
     FileError
-        The file cannot be written, or reads back wrong; the old file is unchanged then.
+        The file cannot be written, was changed by somebody else meanwhile, or reads back wrong; the
+        old file is unchanged then.
     """
     arrays: dict[str, NDArray[Any]] = {}
     tables: dict[str, dict[str, Any]] = {"meshes": {}, "steps": {}}
@@ -118,8 +136,11 @@ def save_archive(
             _write(file, text, arrays, kept)
             file.flush()
             os.fsync(file.fileno())
-        _check_whole(part, target.name)
+        _check_whole(part, shown(target.name))
+        if known is not None:
+            refuse_changed(target, known)
         put_in_place(part, target)
+        return stamp_of(target)
 
 
 def _write(
@@ -183,17 +204,21 @@ def open_archive(path: str | Path, kinds: Kinds, run: Run | None = None) -> Arch
         damaged so that no surface is left.
     """
     path = Path(path)
+    readable_size(path)
+    name = shown(path.name)
+    # Taken first: what is written while it is read makes it another one.
+    stamp = stamp_of(path)
     try:
-        return _Reading(path, kinds, run).archive()
+        return replace(_Reading(path, kinds, run).archive(), stamp=stamp)
     except Cancelled:
         raise
     except OSError as error:
-        raise FileError(f"“{path.name}” cannot be read: {error.strerror or error}.") from error
+        raise FileError(reading_sentence(name, error)) from error
     except EngineError as error:
-        raise FileError(f"“{path.name}” cannot be opened. {error}") from error
+        raise FileError(f"“{name}” cannot be opened. {error}") from error
     except (MemoryError, RecursionError) as error:
         raise FileError(
-            f"“{path.name}” cannot be opened: what it holds does not fit into memory."
+            f"“{name}” cannot be opened: what it holds does not fit into memory."
         ) from error
 
 

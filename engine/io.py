@@ -16,7 +16,7 @@ from engine.errors import FileError
 from engine.files import limits
 from engine.files.limits import MEMORY as MEMORY_LIMIT
 from engine.files.limits import memory_needed
-from engine.files.place import beside, put_in_place, sweep_strays
+from engine.files.place import beside, put_in_place, readable_size, sweep_strays
 from engine.files.process import WorkerLostError, WorkerSlowError, worker
 from engine.files.report import CLEANING, PRECISION, Change, ExportReport, ImportReport, shown
 from engine.mesh import Mesh
@@ -91,7 +91,7 @@ def open_file(path: str | os.PathLike[str], clean: bool = True, run: Run | None 
         The file cannot be read; the message names it, says why and what to do.
     """
     place = Path(path)
-    size = _readable_size(place)
+    size = readable_size(place)
     _refuse_too_large(place, size)
     try:
         return _import(place, size, clean, run)
@@ -181,7 +181,7 @@ def estimate(path: str | os.PathLike[str]) -> int:
         The file is not there, or no ordinary file.
     """
     place = Path(path)
-    return memory_needed(place, _readable_size(place))
+    return memory_needed(place, readable_size(place))
 
 
 def start_worker() -> None:
@@ -197,27 +197,3 @@ def _refuse_too_large(place: Path, size: int) -> None:
             f"and {MEMORY_LIMIT / 2**30:.0f} GiB is the most that is used. "
             "Save it with fewer faces, or as binary PLY."
         )
-
-
-def _readable_size(place: Path) -> int:
-    try:
-        found = place.stat()
-    except FileNotFoundError:
-        raise FileError(
-            f"“{shown(place.name)}” is not there. Look whether it was moved or renamed."
-        ) from None
-    except (OSError, ValueError) as error:
-        raise FileError(
-            f"“{shown(place.name)}” cannot be reached ({error}). Try another place."
-        ) from error
-    if place.is_dir():
-        raise FileError(f"“{shown(place.name)}” is a folder. Choose a file in it.")
-    if not place.is_file():
-        raise FileError(
-            f"“{shown(place.name)}” is not an ordinary file. Copy its content into one."
-        )
-    if found.st_size == 0:
-        raise FileError(
-            f"“{shown(place.name)}” is empty. Export the model again or get another copy."
-        )
-    return found.st_size

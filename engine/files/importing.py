@@ -10,6 +10,7 @@ from engine.errors import FileError
 from engine.files.cleanup import clean_up
 from engine.files.defects import flat_faces
 from engine.files.native import read_native
+from engine.files.place import read_whole
 from engine.files.report import CLEANING, FACE_WARNING, Change, ImportReport
 from engine.files.scan_3mf import scan_3mf
 from engine.files.scan_obj import scan_obj
@@ -27,7 +28,7 @@ def import_file(job: dict[str, Any], _: Arrays, tick: Tick) -> tuple[dict[str, A
     """Read `job["path"]`; answer with the mesh as read and, where that differs, as cleaned."""
     path, name = Path(job["path"]), job["name"]
     tick(0.05, "Reading")
-    soup = read_soup(path, path.read_bytes(), name)
+    soup = read_soup(path, read_whole(path, name), name)
     tick(0.4, "Checking")
     v, f, reading = settle(soup, name)
     if flat_faces(v, f).all():

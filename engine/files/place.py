@@ -9,6 +9,7 @@ import os
 import platform
 import re
 import secrets
+import stat
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -28,9 +29,9 @@ def beside(target: Path, suffix: str) -> Iterator[Path]:
     try:
         folder = real_target(target).parent
         part = folder / f".eigenform-part-{_HOST}-{os.getpid()}-{secrets.token_hex(4)}{suffix}"
-        _refuse_protected(target)
         # Taking the name tells at once whether the folder can be written to.
         part.touch(exist_ok=False)
+        _refuse_protected(target)
         yield part
     except OSError as error:
         raise FileError(sentence(shown(target.name), error)) from error
@@ -89,7 +90,12 @@ def _is_running(pid: int) -> bool:
 
 
 def _refuse_protected(target: Path) -> None:
-    """Renaming would replace a write-protected file without asking; nobody expects that."""
+    """Renaming would replace what may not be written, or a device; nobody expects that."""
+    if target.exists() and not target.is_dir() and not target.is_file():
+        raise FileError(
+            f"“{shown(target.name)}” was not saved: what has that name is not an ordinary file. "
+            "Choose another name; what was there before is unchanged."
+        )
     if target.exists() and not target.is_dir() and not os.access(target, os.W_OK):
         raise FileError(
             f"“{shown(target.name)}” was not saved: the file is write-protected. "
@@ -126,6 +132,93 @@ def push_folder(folder: Path) -> None:
         os.close(descriptor)
 
 
+def readable_size(place: Path) -> int:
+    """Return the size in bytes of a file that is there, is ordinary and holds something.
+
+    Raises
+    ------
+    FileError
+        It is not; nothing was opened, for a pipe or a device might never answer.
+    """
+    name = shown(place.name)
+    try:
+        found = place.stat()
+    except (OSError, ValueError) as error:
+        raise FileError(reading_sentence(name, error)) from error
+    if stat.S_ISDIR(found.st_mode):
+        raise FileError(f"“{name}” is a folder. Choose a file in it.")
+    if not stat.S_ISREG(found.st_mode):
+        raise FileError(f"“{name}” is not an ordinary file. Copy its content into one.")
+    if found.st_size == 0:
+        raise FileError(f"“{name}” is empty. Export the model again or get another copy.")
+    return found.st_size
+
+
+Stamp = tuple[int, int]
+"""What tells that a file was written again: its size, and when, in nanoseconds."""
+
+
+def stamp_of(place: Path) -> Stamp | None:
+    """Return the stamp of a file; None if there is no such file."""
+    try:
+        found = place.stat()
+    except OSError:
+        return None
+    return found.st_size, found.st_mtime_ns
+
+
+def refuse_changed(place: Path, known: Stamp) -> None:
+    """Refuse to write over what somebody else wrote since the file had the stamp `known`."""
+    now = stamp_of(place)
+    if now is not None and now != known:
+        raise FileError(
+            f"“{shown(place.name)}” was not saved: another window or program has changed the file "
+            "since it was opened here. Save under another name to keep both, or choose the same "
+            "name in Save as to replace it."
+        )
+
+
+def read_whole(place: Path, name: str) -> bytes:
+    """Return what is in a file, if nobody wrote to it meanwhile.
+
+    Raises
+    ------
+    FileError
+        It cannot be read, or it changed while it was read; the sentence calls it `name`.
+    """
+    try:
+        with place.open("rb") as file:
+            before = os.fstat(file.fileno())
+            data = file.read()
+            after = os.fstat(file.fileno())
+    except OSError as error:
+        raise FileError(reading_sentence(name, error)) from error
+    if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
+        raise FileError(
+            f"“{name}” changed while it was read: another program is writing it. "
+            "Open it again when that is done."
+        )
+    return data
+
+
+def reading_sentence(name: str, error: OSError | ValueError) -> str:
+    """Return what to tell the person about `error` while reading `name`."""
+    facts = {
+        errno.ENOENT: ("is not there", "Look whether it was moved or renamed"),
+        errno.ENOTDIR: ("is not there", "Look whether it was moved or renamed"),
+        errno.EACCES: ("may not be read by you", "Allow reading it, or copy it from its owner"),
+        errno.EPERM: ("may not be read by you", "Allow reading it, or copy it from its owner"),
+        errno.EISDIR: ("is a folder", "Choose a file in it"),
+        errno.ELOOP: ("is a symbolic link that leads in a circle", "Choose the file itself"),
+        errno.EIO: ("cannot be read: the disk or network gave an error", "Try another copy"),
+        errno.ESTALE: ("cannot be read: its network folder is gone", "Connect it again"),
+        errno.ENAMETOOLONG: ("has too long a name", "Choose a shorter name"),
+    }
+    number = error.errno if isinstance(error, OSError) else None
+    fact, remedy = facts.get(number or 0, (f"cannot be reached ({error})", "Try another place"))
+    return f"“{name}” {fact}. {remedy}."
+
+
 def sentence(name: str, error: OSError) -> str:
     """Return what to tell the person about `error` while saving `name`."""
     facts = {
@@ -138,6 +231,7 @@ def sentence(name: str, error: OSError) -> str:
         errno.ENOENT: ("the folder is not there", "Choose another folder"),
         errno.ENOTDIR: ("the folder is not there", "Choose another folder"),
         errno.EISDIR: ("there is a folder of that name", "Choose another name"),
+        errno.ELOOP: ("its symbolic links lead in a circle", "Choose another name"),
         errno.ENAMETOOLONG: ("the name is too long", "Choose a shorter name"),
     }
     fact, remedy = facts.get(error.errno or 0, (str(error), "Choose another place"))

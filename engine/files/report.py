@@ -12,6 +12,8 @@ PRECISION = {
 # What the worker says it does while native filters run.
 CLEANING = "Cleaning"
 FACE_WARNING = 0.02
+# They join letters and the parts of pictures in names, and mislead nobody.
+_JOINERS = "\u200c\u200d"
 AREA_WARNING = 0.01
 
 
@@ -125,8 +127,12 @@ class ExportReport:
 
 
 def shown(name: str) -> str:
-    """Return a file name that can be printed, with “?” for what no encoding can say."""
-    return name.encode("utf-8", "replace").decode()
+    """Return a file name on one line that can be printed, with “?” for what cannot be said so.
+
+    That is what no encoding knows, line ends, and marks that turn the direction of reading.
+    """
+    text = name.encode("utf-8", "replace").decode()
+    return "".join(c if c.isprintable() or c in _JOINERS else "?" for c in text)
 
 
 def counted(count: int, noun: str) -> str:

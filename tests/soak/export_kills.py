@@ -151,7 +151,10 @@ def mortal(forked: bool) -> Iterator[None]:
     usual = worker.spawn
     worker.stop()
     if forked:
+        # What a worker would import at its first job is then there already.
         import pymeshlab  # noqa: F401
+
+        import engine.files.exporting  # noqa: F401
     worker.spawn = Forked if forked else (lambda: spawn(MORTAL))  # type: ignore[assignment]
     try:
         yield
