@@ -140,6 +140,8 @@ class Session(QObject):
             # Not even the base is there: without it a region is of no use.
             self._showing.forget_region_asked()
             self._refuse_region(document)
+        elif channel == "solve":
+            self.noticed.emit("The preview was stopped; Enter still applies what you set")
 
     def close(self) -> None:
         """Stop the engine thread."""

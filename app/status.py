@@ -9,6 +9,7 @@ from app.look import Theme, icon
 from app.session import Session
 
 SHOWN_AFTER = 150  # ms: what is done sooner needs no bar
+STILL_AFTER = 500  # ms without a move of the form under the hand
 WORDS = {
     "file": "File",
     "decompose": "Region",
@@ -16,7 +17,8 @@ WORDS = {
     "solve": "Form",
     "apply": "Details",
 }
-ORDER = ("file", "apply", "decompose", "prepare")
+ORDER = ("file", "apply", "decompose", "prepare", "solve")
+UNMEASURED = ("file", "solve")  # may never say how far they are
 
 
 class Status(QStatusBar):
@@ -51,7 +53,7 @@ class Status(QStatusBar):
         session.busy_changed.connect(self.refresh)
         session.document_changed.connect(self.refresh)
         session.decomposition_changed.connect(self.refresh)
-        session.shown_changed.connect(lambda _flowing: self.refresh())
+        session.shown_changed.connect(self._moved)
 
     @property
     def figures(self) -> str:
@@ -74,14 +76,24 @@ class Status(QStatusBar):
         if busy != self._channel:
             self._channel = busy
             self._words.setText(WORDS.get(busy, ""))
-            self._bar.setRange(0, 0 if busy == "file" else 1000)
+            self._bar.setRange(0, 0 if busy in UNMEASURED else 1000)
             self._bar.setValue(0)
-        if not busy:
+            self._late.setInterval(STILL_AFTER if busy == "solve" else SHOWN_AFTER)
             self._late.stop()
-            for widget in (self._words, self._bar, self._cross):
-                widget.hide()
+        if not busy:
+            self._disappear()
         elif not self._bar.isVisible() and not self._late.isActive():
             self._late.start()
+
+    def _moved(self) -> None:
+        if self._channel == "solve":
+            self._disappear()  # the form follows the hand: nobody waits for it
+        self.refresh()
+
+    def _disappear(self) -> None:
+        self._late.stop()
+        for widget in (self._words, self._bar, self._cross):
+            widget.hide()
 
     def _appear(self) -> None:
         if self._channel:
