@@ -26,6 +26,8 @@ class HintLine(QFrame):
         self._sign = QLabel(self)
         self._sign.setFixedSize(20, 20)
         self._text = QLabel(self)
+        # A file's name may look like markup.
+        self._text.setTextFormat(Qt.TextFormat.PlainText)
         self._text.setWordWrap(False)
         row = QHBoxLayout(self)
         row.setContentsMargins(12, 8, 16, 8)

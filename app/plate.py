@@ -27,6 +27,9 @@ class Plate(QFrame):
         self._title.setStyleSheet("font-weight: 600;")
         self._text = QLabel(self)
         self._text.setWordWrap(True)
+        # A file's name may look like markup.
+        for label in (self._title, self._text):
+            label.setTextFormat(Qt.TextFormat.PlainText)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._row = QHBoxLayout()
         self._row.setSpacing(8)

@@ -36,6 +36,8 @@ class RecoveryBar(QFrame):
             " border-radius: 8px; }"
         )
         self._text = QLabel(self)
+        # A file's name may look like markup.
+        self._text.setTextFormat(Qt.TextFormat.PlainText)
         self._text.setWordWrap(True)
         self._row = QHBoxLayout()
         self._row.setSpacing(8)

@@ -180,6 +180,8 @@ class Safety(QObject):
         question = QMessageBox(self._window)
         question.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         question.setIcon(QMessageBox.Icon.NoIcon)
+        # A document's name may look like markup.
+        question.setTextFormat(Qt.TextFormat.PlainText)
         question.setText(f"Save your changes to “{name}”?")
         question.setInformativeText(
             "Without saving they stay for a week under File, Restore unsaved work."

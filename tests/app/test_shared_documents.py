@@ -1,0 +1,79 @@
+"""Two windows on one document, and names that look like markup."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QLabel, QMessageBox
+
+from app.window import Window
+from engine.archive import open_archive
+from plugins.registry import kinds
+from tests.app.driving import settled
+
+MARKUP = '<b>bold<b> <img src="x.png">.obj'
+
+
+def test_a_window_does_not_save_over_what_another_one_saved(
+    make_window: Callable[..., Window], sphere, qtbot, tmp_path: Path, monkeypatch
+) -> None:
+    path = tmp_path / "shared.eigenform"
+    one, two = make_window(sphere), make_window(sphere)
+    with qtbot.waitSignal(one.documents.saved):
+        one.documents.save_to(path)
+    for window in (one, two):
+        with qtbot.waitSignal(window.files.unpacked):
+            window.files.open(path)
+        qtbot.waitUntil(settled(window))
+    for window, name in ((one, "mine"), (two, "theirs")):
+        session = window.session
+        session.change(session.document.with_region(name, sphere.faces[0]), "Region")
+    with qtbot.waitSignal(two.documents.saved):
+        two.documents.save()
+    with qtbot.waitSignal(two.documents.saved):
+        two.documents.save()
+    one.documents.save()
+    qtbot.waitUntil(lambda: bool(one.session.problems.sentence))
+    assert "another window or program has changed the file" in one.session.problems.sentence
+    assert list(open_archive(path, kinds()).state.current.regions) == ["theirs"]
+    # Asked for by name, it replaces it, and from then on it is its own.
+    monkeypatch.setattr(
+        "app.documents.QFileDialog.getSaveFileName", lambda *_given: (str(path), "")
+    )
+    with qtbot.waitSignal(one.documents.saved):
+        one.documents.save_as()
+    assert list(open_archive(path, kinds()).state.current.regions) == ["mine"]
+    with qtbot.waitSignal(one.documents.saved):
+        one.documents.save()
+
+
+@pytest.mark.parametrize("content", ["nothing", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nf 1 2 3\n"])
+def test_a_name_that_looks_like_markup_is_shown_as_it_is(
+    content: str, make_window: Callable[..., Window], sphere, qtbot, tmp_path: Path
+) -> None:
+    window = make_window(sphere)
+    window.keep_safe(tmp_path / "state")
+    path = tmp_path / MARKUP
+    path.write_text(content)
+    window.files.open(path)
+    shown: list[QLabel] = []
+
+    def said() -> bool:
+        shown[:] = [label for label in window.findChildren(QLabel) if "<b>bold" in label.text()]
+        return bool(shown)
+
+    qtbot.waitUntil(said, timeout=30_000)
+    for label in shown:
+        assert label.textFormat() == Qt.TextFormat.PlainText, label.text()
+    if content != "nothing":
+        qtbot.waitUntil(settled(window), timeout=30_000)
+        window.safety._ask()
+        question = window.safety._question
+        assert isinstance(question, QMessageBox)
+        assert MARKUP in question.text()
+        assert question.textFormat() == Qt.TextFormat.PlainText
+        question.reject()
+    window.safety.leave()
