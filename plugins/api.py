@@ -81,6 +81,7 @@ from engine import (
     vertex_areas,
 )
 from engine.arrays import B1, F64, I64
+from plugins.option import option
 from plugins.parts import taken_apart
 
 API_VERSION = 1
@@ -228,8 +229,8 @@ class Tool:
     repeats : whether the tool stays in hand after a gesture; if not, the flow goes on with the
         tool that `claims` the new document.
     waits : whether a gesture may go on after the release, for further presses, until Enter.
-    Options : a frozen dataclass of plain fields (bool, int, float, str, Literal); field metadata
-        may give "label", "tip", "min", "max", "step", "unit". The window makes the controls.
+    Options : a frozen dataclass of plain fields (bool, int, float, str, Literal), best made by
+        `option`. The window makes the controls.
     """
 
     id: ClassVar[str]
@@ -343,6 +344,7 @@ __all__ = [
     "drag_patches",
     "factorise",
     "grown",
+    "option",
     "mirrored_region",
     "reflected",
     "reflection",

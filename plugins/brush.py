@@ -2,36 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from plugins.api import F64, I64, Context, Document, EngineError, Gesture, Pointer, Tool
+from plugins.api import F64, I64, Context, Document, EngineError, Gesture, Pointer, Tool, option
 
 
 @dataclass(frozen=True)
 class BrushOptions:
     """How wide the brush is and what it takes."""
 
-    radius: float = field(
-        default=24.0,
-        metadata={
-            "label": "Radius",
-            "min": 2.0,
-            "max": 300.0,
-            "step": 2.0,
-            "unit": "px",
-            "decimals": 0,
-        },
-    )
-    pressure: bool = field(
-        default=True, metadata={"label": "Pen pressure", "tip": "A lighter pen paints narrower"}
-    )
-    through: bool = field(
-        default=False,
-        metadata={"label": "Through", "tip": "Take hidden vertices behind the surface as well"},
-    )
+    radius: float = option(24.0, "Radius", low=2.0, high=300.0, step=2.0, unit="px", decimals=0)
+    pressure: bool = option(True, "Pen pressure", "A lighter pen paints narrower")
+    through: bool = option(False, "Through", "Take hidden vertices behind the surface as well")
 
 
 class Brush(Tool):

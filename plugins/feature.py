@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from plugins.api import (
     Gesture,
     Pointer,
     Tool,
+    option,
 )
 
 
@@ -23,16 +24,14 @@ from plugins.api import (
 class FeatureOptions:
     """What counts as gone."""
 
-    share: float = field(
-        default=0.6,
-        metadata={
-            "label": "Gone when",
-            "tip": "Share of the feature's height that is missing at the level",
-            "min": 0.2,
-            "max": 0.95,
-            "step": 0.05,
-            "unit": "of it is missing",
-        },
+    share: float = option(
+        0.6,
+        "Gone when",
+        "Share of the feature's height that is missing at the level",
+        low=0.2,
+        high=0.95,
+        step=0.05,
+        unit="of it is missing",
     )
 
 

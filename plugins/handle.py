@@ -25,6 +25,7 @@ from plugins.api import (
     connected_to,
     drag_patches,
     mirrored_region,
+    option,
     reflection,
     shrunk,
 )
@@ -74,28 +75,19 @@ class HandleStep(DataStep):
 class HandleOptions:
     """How the handle takes hold, and what follows."""
 
-    radius: float = field(
-        default=36.0,
-        metadata={
-            "label": "Radius",
-            "tip": "How much of the form is taken in hand",
-            "min": 4.0,
-            "max": 400.0,
-            "step": 2.0,
-            "unit": "px",
-            "decimals": 0,
-        },
+    radius: float = option(
+        36.0,
+        "Radius",
+        "How much of the form is taken in hand",
+        low=4.0,
+        high=400.0,
+        step=2.0,
+        unit="px",
+        decimals=0,
     )
-    motion: Motion = field(
-        default="move",
-        metadata={"label": "Drag to", "tip": "Shift turns and Ctrl scales, whatever is set here"},
-    )
-    method: Method = field(
-        default="smooth",
-        metadata={
-            "label": "Rest",
-            "tip": "Smooth flows softly into the handle; rigid keeps shapes in larger turns",
-        },
+    motion: Motion = option("move", "Drag to", "Shift turns and Ctrl scales, whatever is set here")
+    method: Method = option(
+        "smooth", "Rest", "Smooth flows softly into the handle; rigid keeps shapes in larger turns"
     )
 
 

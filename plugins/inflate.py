@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from plugins.api import I64, DataStep, Document, Mesh, RegionTool, Run, Step, taken_apart
+from plugins.api import I64, DataStep, Document, Mesh, RegionTool, Run, Step, option, taken_apart
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,26 +42,17 @@ class InflateStep(DataStep):
 class InflateOptions:
     """What the person sets."""
 
-    distance: float = field(
-        default=2.0,
-        metadata={
-            "label": "Distance",
-            "tip": "How far the middle moves out; negative moves it in",
-            "min": -100.0,
-            "max": 100.0,
-            "step": 0.5,
-            "unit": "mm",
-        },
+    distance: float = option(
+        2.0,
+        "Distance",
+        "How far the middle moves out; negative moves it in",
+        low=-100.0,
+        high=100.0,
+        step=0.5,
+        unit="mm",
     )
-    flatness: float = field(
-        default=0.0,
-        metadata={
-            "label": "Flatness",
-            "tip": "0 is a dome, 1 a plateau with a soft edge",
-            "min": 0.0,
-            "max": 1.0,
-            "step": 0.05,
-        },
+    flatness: float = option(
+        0.0, "Flatness", "0 is a dome, 1 a plateau with a soft edge", low=0.0, high=1.0, step=0.05
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from plugins.api import (
     Gesture,
     Pointer,
     Tool,
+    option,
     tidy_stroke,
 )
 from plugins.grasp import GRAB, falloff
@@ -30,19 +31,13 @@ SHORTEST = 12.0  # px: a shorter path is a slip of the hand, not a lasso
 class LassoOptions:
     """What the lasso takes."""
 
-    through: bool = field(
-        default=False,
-        metadata={
-            "label": "Through",
-            "tip": "Take the back of the form as well: for a curve that moves the outline",
-        },
+    through: bool = option(
+        False, "Through", "Take the back of the form as well: for a curve that moves the outline"
     )
-    adjust: bool = field(
-        default=False,
-        metadata={
-            "label": "Adjust first",
-            "tip": "The lasso stays and can be dragged into shape until Enter or a double click",
-        },
+    adjust: bool = option(
+        False,
+        "Adjust first",
+        "The lasso stays and can be dragged into shape until Enter or a double click",
     )
 
 

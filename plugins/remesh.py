@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from plugins.api import I64, DataStep, Document, Mesh, RegionTool, Run, Step, remesh
+from plugins.api import I64, DataStep, Document, Mesh, RegionTool, Run, Step, option, remesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,15 +28,13 @@ class RemeshStep(DataStep):
 class RemeshOptions:
     """What the person sets."""
 
-    density: float = field(
-        default=1.0,
-        metadata={
-            "label": "Density",
-            "tip": "1 takes the edge length around the region; 2 is twice as fine",
-            "min": 0.25,
-            "max": 4.0,
-            "step": 0.25,
-        },
+    density: float = option(
+        1.0,
+        "Density",
+        "1 takes the edge length around the region; 2 is twice as fine",
+        low=0.25,
+        high=4.0,
+        step=0.25,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from plugins.api import (
     Tool,
     View,
     grown,
+    option,
     resample_target,
     silhouette_chain,
     tidy_stroke,
@@ -32,39 +33,29 @@ from plugins.grasp import GRAB, falloff, lengths
 SHORTEST = 12.0  # px: a shorter path is a slip of the hand, not a curve
 CLOSES = 16.0  # px: a curve whose ends come this near, after a long way, is a closed one
 COVERED = 0.95  # of the triangles under a source: below it the person is told
-BESIDE, MANY = 0.15, 0.3  # of a curve's length, of its anchors: when the region ends beside it
+BESIDE, MANY = 0.3, 0.3  # of a curve's length, of its anchors: when the region ends beside it
 SNAPS = 24.0  # px: an outline this near draws a stroke onto itself
 
 
-STABILISER = {
-    "label": "Stabiliser",
-    "tip": "Takes the tremor of the hand out of a stroke",
-    "min": 0.0,
-    "max": 40.0,
-    "step": 1.0,
-    "unit": "px",
-    "decimals": 0,
-}
+def _stabiliser() -> float:
+    tip = "Takes the tremor of the hand out of a stroke"
+    return option(4.0, "Stabiliser", tip, low=0.0, high=40.0, step=1.0, unit="px", decimals=0)
 
 
 @dataclass(frozen=True)
 class SourceOptions:
     """How a source curve is drawn."""
 
-    stabiliser: float = field(default=4.0, metadata=STABILISER)
-    weights: bool = field(
-        default=False,
-        metadata={
-            "label": "Pressure holds",
-            "tip": "Where the pen pressed lightly the form follows the target less firmly",
-        },
+    stabiliser: float = _stabiliser()
+    weights: bool = option(
+        False,
+        "Pressure holds",
+        "Where the pen pressed lightly the form follows the target less firmly",
     )
-    outline: bool = field(
-        default=False,
-        metadata={
-            "label": "Snap to outline",
-            "tip": "A stroke along the outline of the form lies on it exactly; Alt does it once",
-        },
+    outline: bool = option(
+        False,
+        "Snap to outline",
+        "A stroke along the outline of the form lies on it exactly; Alt does it once",
     )
 
 
@@ -131,17 +122,15 @@ class SourceTool(Tool):
 class TargetOptions:
     """How a target is drawn and adjusted."""
 
-    stabiliser: float = field(default=4.0, metadata=STABILISER)
-    reach: float = field(
-        default=0.3,
-        metadata={
-            "label": "Reach",
-            "tip": "How much of the curve follows when a part of it is dragged",
-            "min": 0.05,
-            "max": 1.0,
-            "step": 0.05,
-            "unit": "of the curve",
-        },
+    stabiliser: float = _stabiliser()
+    reach: float = option(
+        0.3,
+        "Reach",
+        "How much of the curve follows when a part of it is dragged",
+        low=0.05,
+        high=1.0,
+        step=0.05,
+        unit="of the curve",
     )
 
 

@@ -13,6 +13,7 @@ from plugins.api import (
     RegionTool,
     Run,
     Step,
+    option,
     taken_apart,
 )
 
@@ -44,10 +45,7 @@ class SmoothOptions:
     """What the person sets."""
 
     amount: float = field(default=0.5, metadata=AMOUNT)
-    to_base: bool = field(
-        default=False,
-        metadata={"label": "Down to the base", "tip": "Else down to the level of the slider"},
-    )
+    to_base: bool = option(False, "Down to the base", "Else down to the level of the slider")
 
 
 class Smooth(RegionTool):

@@ -25,6 +25,7 @@ from plugins.api import (
     closest_points,
     cotangent_stiffness,
     factorise,
+    option,
     reflected,
     symmetry_plane,
     taken_apart,
@@ -178,25 +179,17 @@ def rim_share(mesh: Mesh, roi: I64, fade: float, run: Run) -> F64:
 class SymmetriseOptions:
     """What the person sets."""
 
-    across: Literal["found", "x", "y", "z"] = field(
-        default="found",
-        metadata={
-            "label": "Across",
-            "tip": "The plane that fits best, or the one across an axis through the middle",
-        },
+    across: Literal["found", "x", "y", "z"] = option(
+        "found", "Across", "The plane that fits best, or the one across an axis through the middle"
     )
-    keep: Side = field(
-        default="plus_side", metadata={"label": "Keep", "tip": "The side that is mirrored"}
-    )
-    fade: float = field(
-        default=0.5,
-        metadata={
-            "label": "Fade",
-            "tip": "How far the change fades in from the region's rim",
-            "min": 0.0,
-            "max": 1.0,
-            "step": 0.05,
-        },
+    keep: Side = option("plus_side", "Keep", "The side that is mirrored")
+    fade: float = option(
+        0.5,
+        "Fade",
+        "How far the change fades in from the region's rim",
+        low=0.0,
+        high=1.0,
+        step=0.05,
     )
 
 
