@@ -14,6 +14,7 @@ from engine import (
     History,
     HistoryState,
     Mesh,
+    Moment,
     RecipeError,
     Run,
     Source,
@@ -98,16 +99,21 @@ def history(side: int = 4, steps: int = 2) -> History:
 def fingerprint(state: HistoryState, *, times: bool = True) -> str:
     """Everything that a state holds, as text that differs when any bit does."""
     lines = [f"current {state.current_id} redo {sorted(state.redo.items())}"]
-    for i in sorted(state.moments):
-        moment = state.moments[i]
-        d = moment.document
-        lines.append(
-            f"{i} {moment.parent} {moment.label!r} {moment.name!r} {moment.time * times!r}"
-        )
-        lines.append(f" {d.original.digest} {d.mesh.digest} {d.name!r} {d.unit} {d.draft.level!r}")
-        lines.append(f" {d.recipe.to_json()} {_text(d.draft)} {_text(dict(d.regions))}")
-        lines.append(f" {_text(dict(d.views))} {d.mesh.faces is d.original.faces}")
+    lines += [marks(state.moments[i], times=times) for i in sorted(state.moments)]
     return "\n".join(lines)
+
+
+def marks(moment: Moment, *, times: bool = True) -> str:
+    """Everything that a moment holds, as text that differs when any bit does."""
+    d = moment.document
+    return "\n".join(
+        (
+            f"{moment.id} {moment.parent} {moment.label!r} {moment.name!r} {moment.time * times!r}",
+            f" {d.original.digest} {d.mesh.digest} {d.name!r} {d.unit} {d.draft.level!r}",
+            f" {d.recipe.to_json()} {_text(d.draft)} {_text(dict(d.regions))}",
+            f" {_text(dict(d.views))} {d.mesh.faces is d.original.faces}",
+        )
+    )
 
 
 def _text(value: Any) -> str:
