@@ -83,10 +83,11 @@ def demo(name: str, folder: Path) -> Iterator[Path]:
     with Studio(mesh) as studio:
         album = Album(folder)
         yield album.add("The model", studio.picture(drawn.looks[0], mesh.vertices))
-        roi = drawn.recipe.steps[0].roi  # type: ignore[attr-defined]
+        first = drawn.recipe.steps[0]
+        assert isinstance(first, SketchEdit)
         yield album.add(
             "The region, by lasso",
-            studio.picture(drawn.lasso_view, region=roi, inks=[drawn.lasso]),
+            studio.picture(drawn.lasso_view, region=first.roi, inks=[drawn.lasso]),
         )
         for edit, strokes in zip(drawn.recipe.steps, drawn.strokes, strict=True):
             assert isinstance(edit, SketchEdit)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -123,12 +124,14 @@ class EditPanel(Panel):
         self.body.addLayout(simple)
         self.body.addWidget(self.apply)
         self.body.addWidget(self._more)
-        self.amount.valueChanged.connect(lambda v: self._set(amount=v / 100))
-        self.depth.valueChanged.connect(lambda v: self._set(depth_hold=v))
-        self.polish.valueChanged.connect(lambda v: self._set(polish=v))
-        self.rim.activated.connect(lambda _i: self._set(rim=self.rim.currentData()))
+        self.amount.valueChanged.connect(lambda v: self._set(lambda o: replace(o, amount=v / 100)))
+        self.depth.valueChanged.connect(lambda v: self._set(lambda o: replace(o, depth_hold=v)))
+        self.polish.valueChanged.connect(lambda v: self._set(lambda o: replace(o, polish=v)))
+        self.rim.activated.connect(
+            lambda _i: self._set(lambda o: replace(o, rim=self.rim.currentData()))
+        )
         self.symmetry.activated.connect(self._symmetry_chosen)
-        self.rectify.toggled.connect(lambda on: self._set(rectify=on))
+        self.rectify.toggled.connect(lambda on: self._set(lambda o: replace(o, rectify=on)))
         session.document_changed.connect(self.refresh)
         session.busy_changed.connect(self.refresh)
         self.refresh()
@@ -148,10 +151,10 @@ class EditPanel(Panel):
     def _symmetry_chosen(self) -> None:
         self._plane.choose(self.symmetry.currentData())
 
-    def _set(self, **changes: object) -> None:
+    def _set(self, change: Callable[[EditOptions], EditOptions]) -> None:
         document = self._session.document
         if document is not None:
-            self._session.set_options(replace(document.draft.options, **changes))  # type: ignore[arg-type]
+            self._session.set_options(change(document.draft.options))
 
     def refresh(self) -> None:
         """Show the draft of the current document."""

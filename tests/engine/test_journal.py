@@ -10,6 +10,7 @@ import threading
 import time
 from itertools import islice
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ import pytest
 from engine import Document, EngineError, FileError, History, HistoryState, UnknownStep
 from engine import journal as journal_module
 from engine import scribe as scribe_module
-from engine.journal import Journal, Recoverable, recover
+from engine.journal import Journal, Recoverable, Why, recover
 from engine.records import HEAD, append_record, read_records
 from engine.scribe import Scribe
 from tests.engine.histories import KINDS, fingerprint, grid, history
@@ -127,10 +128,11 @@ def test_an_impossible_moment_that_was_taken_back_stays_away(tmp_path: Path) -> 
 
 
 def test_closed_and_set_aside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for why in ("closed", "set aside"):
+    reasons: tuple[Why, ...] = ("closed", "set aside")
+    for why in reasons:
         journal = Journal(tmp_path)
         journal.write(history().state())
-        journal.keep(why)  # type: ignore[arg-type]
+        journal.keep(why)
     found = recover(tmp_path, KINDS)
     assert sorted(entry.why for entry in found) == ["closed", "set aside"]
     for entry in found:
@@ -315,11 +317,11 @@ def test_a_failing_disk_is_said_once_and_mended(
     full = threading.Event()
     real = journal_module.append_record
 
-    def append(file: object, kind: int, payload: bytes) -> None:
+    def append(file: BinaryIO, kind: int, payload: bytes) -> None:
         if full.is_set():
-            file.write(payload[: len(payload) // 2])  # type: ignore[attr-defined]
+            file.write(payload[: len(payload) // 2])
             raise OSError(28, "No space left on device")
-        real(file, kind, payload)  # type: ignore[arg-type]
+        real(file, kind, payload)
 
     monkeypatch.setattr(journal_module, "append_record", append)
     monkeypatch.setattr(scribe_module, "RETRY_SECONDS", 0.0)

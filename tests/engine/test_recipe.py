@@ -222,4 +222,6 @@ class TestChanges:
         before = RECIPE.to_json()
         RECIPE.with_value(0, "options.pins", [1, 2])
         assert RECIPE.to_json() == before
-        assert np.array_equal(EDIT.strokes[0].target, RECIPE.steps[0].strokes[0].target)  # type: ignore[attr-defined]
+        kept = RECIPE.steps[0]
+        assert isinstance(kept, SketchEdit)
+        assert np.array_equal(EDIT.strokes[0].target, kept.strokes[0].target)

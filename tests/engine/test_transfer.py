@@ -78,8 +78,9 @@ def test_on_a_finer_mesh_the_form_is_the_same() -> None:
     assert found.recipe.digest == FINE.digest
     assert found.report.lost_vertices == found.report.lost_anchors == 0
     assert 0 < found.report.rms < 0.03
-    stroke = found.recipe.steps[0].strokes[0]  # type: ignore[attr-defined]
-    assert len(stroke.anchors) > len(EDIT.strokes[0].anchors)
+    step = found.recipe.steps[0]
+    assert isinstance(step, SketchEdit)
+    assert len(step.strokes[0].anchors) > len(EDIT.strokes[0].anchors)
 
 
 def test_on_itself_it_is_the_same_edit() -> None:
