@@ -79,7 +79,7 @@ def every_step(mesh: Mesh) -> dict[str, Step]:
         "symmetrise": SymmetriseStep(roi, ACROSS_X, fade=0.5),
         "smooth": SmoothStep(roi, 0.2, 0.6),
         "inflate": InflateStep(roi, 2.0, 0.5),
-        "equaliser": EqualiserStep(roi, (16.0, 8.0), (1.0, 1.5, 0.2)),
+        "equaliser": EqualiserStep(roi, (90.0, 45.0), (1.0, 1.8, 0.2)),
         "remesh": RemeshStep(roi, 6.0),
     }
 

@@ -206,10 +206,8 @@ def fault_of_intent(found: Archive, whole: HistoryState, folder: Path, known: Ki
     back = open_archive(path, known)
     if back.report or fingerprint(back.state) != fingerprint(found.state):
         return f"saved again it is another one: {back.report}"
-    steps = {
-        json.dumps(s.to_json()) for m in whole.moments.values() for s in m.document.recipe.steps
-    }
-    tried: set[str] = set()
+    moments = whole.moments.values()
+    tried = {json.dumps(step.to_json()) for m in moments for step in m.document.recipe.steps}
     for moment in found.state.moments.values():
         for step in moment.document.recipe.steps:
             data = json.dumps(step.to_json())
