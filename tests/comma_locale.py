@@ -25,15 +25,16 @@ def make(name: str, folder: Path) -> dict[str, str]:
     folder : where the locale is made, if it was not yet.
     """
     tool = shutil.which("localedef")
-    if not (folder / name).is_dir():
+    numbers = folder / name / "LC_NUMERIC"
+    if not numbers.is_file():
         if tool is None:
             return {}
         folder.mkdir(parents=True, exist_ok=True)
         language, _, encoding = name.partition(".")
         command = [tool, "-i", language, "-f", encoding, str(folder / name)]
-        # It may end with a warning and have made the locale all the same.
+        # It may end with a warning and have made the locale all the same, or leave an empty folder.
         subprocess.run(command, capture_output=True, check=False)
-        if not (folder / name).is_dir():
+        if not numbers.is_file():
             return {}
     return {"LOCPATH": str(folder), "LC_ALL": name, "LANG": name}
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -23,6 +22,7 @@ from engine.files import limits
 from engine.files.process import WorkerDiedError, spawn, worker
 from engine.files.report import CLEANING
 from engine.io import start_worker
+from tests import comma_locale
 from tests.engine.test_io_open import tetrahedron, write
 from tests.engine.test_io_shared import assert_says_it
 from tests.soak.export_kills import MORTAL, sheet
@@ -237,27 +237,14 @@ COMMA_SCRIPT = textwrap.dedent("""
 
 def test_a_comma_desktop_destroys_no_number(tmp_path: Path) -> None:
     """Runs a program that really calls setlocale under de_DE.UTF-8, as Qt does at its start."""
-    places = tmp_path / "locales"
-    places.mkdir()
-    tool = shutil.which("localedef")
-    made = tool and subprocess.run(
-        [tool, "-i", "de_DE", "-f", "UTF-8", str(places / "de_DE.UTF-8")],
-        capture_output=True,
-        check=False,
-    )
-    if not made or not (places / "de_DE.UTF-8").is_dir():
+    comma = comma_locale.make("de_DE.UTF-8", tmp_path / "locales")
+    if not comma:
         pytest.skip("the locale de_DE.UTF-8 cannot be made here")
     write(tmp_path, "a.obj", tetrahedron(0.348))
     done = subprocess.run(
         [sys.executable, "-c", COMMA_SCRIPT, "a.obj"],
         cwd=tmp_path,
-        env={
-            **os.environ,
-            "PYTHONPATH": str(ROOT),
-            "LOCPATH": str(places),
-            "LC_ALL": "de_DE.UTF-8",
-            "LANG": "de_DE.UTF-8",
-        },
+        env={**os.environ, **comma, "PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
         check=False,
