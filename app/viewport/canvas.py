@@ -38,6 +38,7 @@ class Canvas(QtInteractor):
         self.frame_ms = 0.0
         self._full_frame_ms = 0.0
         self._software: bool | None = None
+        self._only_show = False
         self.scene = Scene(self.renderer, theme)
 
     def _render_wanted(self, *_: Any) -> None:
@@ -50,10 +51,10 @@ class Canvas(QtInteractor):
         self.update()
 
     def paintGL(self) -> None:
-        """Render the scene, once."""
+        """Render the scene, once; or show what was rendered into the window's buffer before."""
         window = self._RenderWindow
         interactor = window.GetInteractor() if window is not None else None
-        if interactor is not None:
+        if interactor is not None and not self._only_show:
             interactor.EnableRenderOn()
         begin = time.perf_counter()
         try:
@@ -126,10 +127,8 @@ class Canvas(QtInteractor):
         transparent : on nothing instead of the gradient.
         """
         self._ensure_initialized()
-        standing_in = self.scene.standing_in
-        self.scene.use_stand_in(False)
-        pixels = rendered(self.render_window, self.renderer, size, transparent)
-        self.scene.use_stand_in(standing_in)
+        with self.scene.whole():
+            pixels = rendered(self.render_window, self.renderer, size, transparent)
         self.update()
         return as_image(pixels, transparent)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ctypes
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -24,7 +24,7 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLHardwareSelector
 _MOST = 1 << 24  # triangles that three bytes of colour can tell apart
 _TAG = "//VTK::Picking::Impl"
 _NUMBER_AS_COLOUR = """//VTK::Picking::Impl
-  int seenId = gl_PrimitiveID;
+  int seenId = gl_PrimitiveID + firstNumber;
   gl_FragData[0] = vec4(float(seenId & 255), float((seenId >> 8) & 255),
       float((seenId >> 16) & 255), 255.0) / 255.0;
 """
@@ -43,40 +43,48 @@ def capture(
         return captured_by_selector(window, renderer, actor)
     width, height = window.GetSize()
     window.MakeCurrent()
-    with _alone(renderer, actor), _bare(window, renderer), _numbered(actor):
+    with alone(renderer, [actor]), bare(window, renderer), numbered(actor):
         interactor = window.GetInteractor()
         interactor.EnableRenderOn()
         window.Render()
         interactor.EnableRenderOff()
-        pixels = vtkUnsignedCharArray()
-        window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, pixels)
+        return read(window)
+
+
+def read(window: vtkRenderWindow | Any) -> NDArray[np.int32]:
+    """Return the numbers (height, width) that were drawn as colours, -1 for none."""
+    width, height = window.GetSize()
+    pixels = vtkUnsignedCharArray()
+    window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, pixels)
     seen = vtk_to_numpy(pixels).reshape(height, width, 4)
-    ids = np.ascontiguousarray(seen).view("<u4")[..., 0].astype(np.int64) & (_MOST - 1)
-    return np.where(seen[..., 3] == 255, ids, -1).astype(np.int32)
+    ids = np.ascontiguousarray(seen).view("<i4")[..., 0] & (_MOST - 1)
+    return np.where(seen[..., 3] == 255, ids, np.int32(-1))
 
 
 @contextmanager
-def _alone(renderer: vtkRenderer, actor: vtkActor) -> Iterator[None]:
-    """Show `actor` and nothing else."""
+def alone(renderer: vtkRenderer, actors: Sequence[vtkActor]) -> Iterator[None]:
+    """Show `actors` and nothing else."""
     others = []
     props = renderer.GetViewProps()
     props.InitTraversal()
     while (prop := props.GetNextProp()) is not None:
-        if prop is not actor and prop.GetVisibility():
+        if prop not in actors and prop.GetVisibility():
             prop.VisibilityOff()
             others.append(prop)
-    shown = actor.GetVisibility()
-    actor.VisibilityOn()
+    shown = [actor.GetVisibility() for actor in actors]
+    for actor in actors:
+        actor.VisibilityOn()
     try:
         yield
     finally:
-        actor.SetVisibility(shown)
+        for actor, visible in zip(actors, shown, strict=True):
+            actor.SetVisibility(visible)
         for prop in others:
             prop.VisibilityOn()
 
 
 @contextmanager
-def _bare(window: Any, renderer: vtkRenderer) -> Iterator[None]:
+def bare(window: Any, renderer: vtkRenderer) -> Iterator[None]:
     """Render onto nothing, mixing no neighbouring pixels, and not to the screen."""
     samples, swap = window.GetMultiSamples(), window.GetSwapBuffers()
     smooth, gradient = renderer.GetUseFXAA(), renderer.GetGradientBackground()
@@ -99,12 +107,13 @@ def _bare(window: Any, renderer: vtkRenderer) -> Iterator[None]:
 
 
 @contextmanager
-def _numbered(actor: vtkActor) -> Iterator[None]:
-    """Let `actor` be drawn in the colours of its triangles' numbers."""
+def numbered(actor: vtkActor, first: int = 0) -> Iterator[None]:
+    """Let `actor` be drawn in the colours of its triangles' numbers, from `first` on."""
     shader, look = actor.GetShaderProperty(), actor.GetProperty()
     edges = look.GetEdgeVisibility()
     look.SetEdgeVisibility(False)  # edges come from a geometry shader, which loses the numbers
     shader.AddFragmentShaderReplacement(_TAG, True, _NUMBER_AS_COLOUR, False)
+    shader.GetFragmentCustomUniforms().SetUniformi("firstNumber", first)
     try:
         yield
     finally:
@@ -122,7 +131,7 @@ def captured_by_selector(
     selector.SetRenderer(renderer)
     selector.SetFieldAssociation(vtkDataObject.FIELD_ASSOCIATION_CELLS)
     selector.SetArea(0, 0, width - 1, height - 1)
-    with _alone(renderer, actor):
+    with alone(renderer, [actor]):
         try:
             if not selector.CaptureBuffers():
                 raise RuntimeError("The graphics driver could not tell which triangles are seen.")

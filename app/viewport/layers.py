@@ -102,13 +102,13 @@ class Layers(Inking):
 
     def ghost(self, positions: ArrayLike | None) -> None:
         """Show other positions (n, 3) of the same mesh, translucent, where they differ."""
-        self.scene.set_ghost(positions)
-        self.update()
+        if self.scene.set_ghost(positions):
+            self.update()
 
     def set_pins(self, points: ArrayLike | None) -> None:
         """Show pins at `points` (p, 3); None for no pins."""
-        self.scene.set_pins(points)
-        self.update()
+        if self.scene.set_pins(points):
+            self.update()
 
     def set_plane(self, plane: ArrayLike | None) -> None:
         """Show where a plane of symmetry a, b, c, d cuts the form; None for none."""
@@ -141,13 +141,13 @@ class Layers(Inking):
             self.overlay.follow(self.view())
         else:
             self.scene.show_curve(name, points, role, closed, anchors)
-        self.update()
+            self.update()
 
     def hide_curve(self, name: str) -> None:
         """Take the curve of that name away, if there is one."""
         self.overlay.set_curve(name, None)
-        self.scene.hide_curve(name)
-        self.update()
+        if self.scene.hide_curve(name):
+            self.update()
 
     def set_theme(self, theme: Theme) -> None:
         """Take the colours of another theme."""

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QImage, QPainter, QPolygonF
+from scipy import sparse as sp
 
+from app.viewport.heavy import faces_about
 from app.viewport.visibility import deepest, facing, touched, visible
 from engine.arrays import B1, F64, I64
 from engine.view import View
@@ -50,6 +52,7 @@ class Sight:
     scale : device pixels in one logical pixel.
     vertices : (n, 3) positions in the units of `view`.
     faces : (f, 3).
+    incidence : (n, f), which faces are around a vertex; without it all are looked through.
     """
 
     ids: NDArray[np.int32]
@@ -57,6 +60,17 @@ class Sight:
     scale: float
     vertices: NDArray[Any]
     faces: I64
+    incidence: sp.csr_array | None = None
+
+    @property
+    def ready(self) -> bool:
+        """Whether the next question is answered in a moment, however large the form is."""
+        return "_deepest" in self.__dict__
+
+    def prepare(self) -> None:
+        """Work out what every question needs; in any thread."""
+        self._pixel  # noqa: B018 (kept)
+        self._deepest  # noqa: B018
 
     @cached_property
     def screen(self) -> F64:
@@ -80,6 +94,12 @@ class Sight:
         x, y = self.screen[:, 0], self.screen[:, 1]
         return np.flatnonzero((x >= 0) & (x < width) & (y >= 0) & (y < height))
 
+    @cached_property
+    def _pixel(self) -> NDArray[np.int32]:
+        """The pixel of each vertex in the picture, counted row by row."""
+        x, y = (self.screen[self._in_picture, k].astype(np.int32) for k in (0, 1))
+        return np.asarray(y * np.int32(self.ids.shape[1]) + x)
+
     def vertices_inside(self, polygon: ArrayLike, through: bool = False) -> I64:
         """Return ascending ids of the vertices inside a lasso (p, 2), the visible ones or all."""
         if len(np.asarray(polygon)) < 3:
@@ -95,16 +115,17 @@ class Sight:
         return near if through else near[self._visible(near)]
 
     def _chosen(self, mask: B1, through: bool) -> I64:
-        candidates = self._in_picture
-        pixel = self.screen[candidates, :2].astype(np.int64)
-        candidates = candidates[mask[pixel[:, 1], pixel[:, 0]]]
+        candidates = self._in_picture[mask.ravel()[self._pixel]]
         return candidates if through else candidates[self._visible(candidates)]
 
     def _visible(self, candidates: I64) -> B1:
         n = len(self.vertices)
-        mine = np.zeros(n, dtype=bool)
-        mine[candidates] = True
-        around = self.faces[mine[self.faces].any(axis=1)]
+        if self.incidence is None:
+            mine = np.zeros(n, dtype=bool)
+            mine[candidates] = True
+            around = self.faces[mine[self.faces].any(axis=1)]
+        else:
+            around = self.faces[faces_about(candidates, self.incidence)]
         outside = facing(self.screen, around)
         front, back = touched(around, outside, n), touched(around, ~outside, n)
         return visible(candidates, self.ids, self.screen, self.faces, front, back, self._deepest)

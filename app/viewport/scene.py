@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,16 +14,17 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 from app.look import DARK, PIN, REGION, RIM, ROLE_COLOURS, Theme, rgb, rgb8
 from app.viewport.camera import Eye
 from app.viewport.curves import Isoline, Segments, Solid, smooth_curve
+from app.viewport.heavy import faces_about, heavy, is_heavy
 from app.viewport.lights import background, clay, light_up
+from app.viewport.pieces import Pieces
 from app.viewport.plane import PlaneMark
-from app.viewport.standin import StandIn
+from app.viewport.standin import StandIn, with_kept
 from app.viewport.surface import Placement, Surface, summed_at_corners
 from engine.arrays import F64, I64
 from engine.mesh import Mesh
 
 TINT = 0.46  # how much of the region's violet lies over the clay
 FEATHER = 5  # rings of vertices over which the tint fades out
-#: Thickness in logical pixels by role.
 _KEPT = 60_000  # vertices of the region that a stand-in may keep as they are
 _NO_IDS: I64 = np.zeros(0, dtype=np.int64)
 # Clear where one looks straight at it: the ghost shows its outlines and hides nothing of the form,
@@ -31,6 +34,7 @@ _ONLY_OUTLINES = """//VTK::Light::Impl
   gl_FragData[0].a *= ghostTurned * ghostTurned;
 """
 _GHOST_GAP = 0.02  # scene units: below this the ghost would only flicker on the form
+#: Thickness in logical pixels by role.
 _LINE = {"rim": 2.5, "source": 5.0, "guide": 2.0, "region": 2.5, "target": 4.0, "pin": 12.0}
 
 
@@ -83,6 +87,8 @@ class Scene:
         self.placement = Placement(np.zeros(3), 1.0)
         self.surface: Surface | None = None
         self.stand_in: StandIn | None = None
+        self.pieces: Pieces | None = None
+        self._mesh: Mesh | None = None
         self._faces: I64 = np.zeros((0, 3), dtype=np.int64)
         self._region: I64 | None = None
         self._weight: NDArray[np.float32] | None = None
@@ -111,9 +117,14 @@ class Scene:
         """Show another form; everything that lay on the old one goes."""
         self.clear()
         self.placement = Placement.of(mesh)
+        self._mesh = mesh
         self._faces = mesh.faces
         self.surface = Surface(
-            self.placement.to_scene(mesh.vertices), mesh.faces, rgb8(self.theme.clay)
+            self.placement.to_scene(mesh.vertices),
+            mesh.faces,
+            rgb8(self.theme.clay),
+            heavy(mesh).normals if is_heavy(mesh) else None,
+            mesh.topology.incidence,
         )
         clay(self.surface.actor.GetProperty())
         self.set_wireframe(self.wireframe)
@@ -130,8 +141,9 @@ class Scene:
         for drawn in (self.surface, self.stand_in and self.stand_in.surface):
             if drawn is not None:
                 self.renderer.RemoveActor(drawn.actor)
-        self.surface = None
-        self.stand_in = None
+        if self.pieces is not None:
+            self.pieces.remove()
+        self.surface = self.stand_in = self.pieces = self._mesh = None
         self._map = None
 
     def move(self, positions: NDArray[Any], ids: I64 | None) -> None:
@@ -154,11 +166,6 @@ class Scene:
         if self._rim is not None:
             self.renderer.RemoveActor(self._rim[1].actor)
             self._rim = None
-        if self.stand_in is not None:
-            # Another part is worked on: the next stand-in keeps that one whole.
-            self.use_stand_in(False)
-            self.renderer.RemoveActor(self.stand_in.surface.actor)
-            self.stand_in = None
         self._region = ids
         self._weight = None
         if self.surface is None:
@@ -170,15 +177,27 @@ class Scene:
             self._weight = feathered(inside, near)
             self._draw_rim(near)
         self._paint()
+        self._keep_whole(ids)
 
     def _faces_about(self, ids: I64) -> I64:
-        """Return the faces in the box about the region, with room for its feathered border."""
-        assert self.surface is not None
-        place = self.surface.positions
-        low, high = place[ids].min(axis=0), place[ids].max(axis=0)
-        room = 0.08 * float((high - low).max()) + 2.0
-        within = ((place >= low - room) & (place <= high + room)).all(axis=1)
-        return self._faces[within[self._faces].all(axis=1)]
+        """Return the faces of the region and of the rings around it that its border fades over."""
+        assert self._mesh is not None
+        incidence = self._mesh.topology.incidence
+        about = self._faces[faces_about(ids, incidence)]
+        fringe = np.setdiff1d(about, ids)
+        for _ in range(FEATHER):
+            fringe = np.unique(self._faces[faces_about(fringe, incidence)])
+        return self._faces[faces_about(np.union1d(ids, fringe), incidence)]
+
+    def _keep_whole(self, ids: I64 | None) -> None:
+        """Let the stand-in, if there is one, show the region as it is."""
+        if self.stand_in is None:
+            return
+        shown = self.standing_in
+        self.renderer.RemoveActor(self.stand_in.surface.actor)
+        self.stand_in = None
+        if shown:
+            self.use_stand_in(True)
 
     def _draw_rim(self, faces: I64) -> None:
         """Draw the line where the feathered weight is one half: the border without its teeth."""
@@ -228,8 +247,12 @@ class Scene:
 
     # What lies over the form
 
-    def set_ghost(self, positions: ArrayLike | None) -> None:
-        """Show the original (n, 3), translucent, wherever it differs from what is shown."""
+    def set_ghost(self, positions: ArrayLike | None) -> bool:
+        """Show the original (n, 3), translucent, wherever it differs from what is shown.
+
+        Returns whether the picture is another now.
+        """
+        before = self._ghost
         if self._ghost is not None:
             self.renderer.RemoveActor(self._ghost.actor)
         self._ghost = None
@@ -240,6 +263,7 @@ class Scene:
             self._ghost_reach = _reach(self._ghost_positions)
             self._apart = np.zeros(self.surface.n, dtype=bool)
             self._refresh_ghost()
+        return before is not None or self._ghost is not None
 
     def _refresh_ghost(self, ids: I64 | None = None) -> None:
         if self._ghost_positions is None or self.surface is None:
@@ -254,7 +278,9 @@ class Scene:
         if self._ghost is not None:
             self.renderer.RemoveActor(self._ghost.actor)
             self._ghost = None
-        faces = self._faces[apart[self._faces].any(axis=1)]
+        assert self._mesh is not None
+        about = faces_about(np.flatnonzero(apart), self._mesh.topology.incidence)
+        faces = self._faces[about]
         if len(faces) == 0:
             return
         used = np.unique(faces)
@@ -303,14 +329,19 @@ class Scene:
             self._resize(solid)
             self.renderer.AddActor(solid.actor)
 
-    def hide_curve(self, name: str) -> None:
-        """Take the curve of that name away, if there is one."""
+    def hide_curve(self, name: str) -> bool:
+        """Take the curve of that name away; return whether there was one."""
         curve = self._curves.pop(name, None)
         for solid in curve.solids if curve is not None else ():
             self.renderer.RemoveActor(solid.actor)
+        return curve is not None
 
-    def set_pins(self, points: ArrayLike | None) -> None:
-        """Show pins at `points` (p, 3), mesh units; None or nothing for no pins."""
+    def set_pins(self, points: ArrayLike | None) -> bool:
+        """Show pins at `points` (p, 3), mesh units; None or nothing for no pins.
+
+        Returns whether the picture is another now.
+        """
+        before = self._pins
         if self._pins is not None:
             self.renderer.RemoveActor(self._pins.actor)
             self._pins = None
@@ -319,6 +350,7 @@ class Scene:
             self._pins = Solid(PIN, _LINE["pin"], places, tube=False, lift=1.0)
             self._resize(self._pins)
             self.renderer.AddActor(self._pins.actor)
+        return before is not None or self._pins is not None
 
     def set_plane(self, plane: ArrayLike | None) -> None:
         """Show where the plane a, b, c, d (a x + b y + c z = d, mesh units) cuts; None for none."""
@@ -360,8 +392,15 @@ class Scene:
         if self.surface is None:
             return
         if wanted and self.stand_in is None:
+            assert self._mesh is not None
             kept = self._region if self._region is not None else _NO_IDS
-            self.stand_in = StandIn(self.surface, kept if len(kept) <= _KEPT else None)
+            ids, faces = with_kept(
+                heavy(self._mesh).lighter,
+                self._faces,
+                self._mesh.topology.incidence,
+                kept if len(kept) <= _KEPT else None,
+            )
+            self.stand_in = StandIn(self.surface, ids, faces)
             self.stand_in.surface.actor.SetProperty(self.surface.actor.GetProperty())
             self.stand_in.surface.actor.SetShaderProperty(self.surface.actor.GetShaderProperty())
             self.renderer.AddActor(self.stand_in.surface.actor)
@@ -370,7 +409,27 @@ class Scene:
         if wanted:
             self.stand_in.follow()
         self.stand_in.surface.actor.SetVisibility(wanted)
-        self.surface.actor.SetVisibility(not wanted)
+        self.surface.actor.SetVisibility(not wanted and self.pieces is None)
+
+    def draw_in_pieces(self) -> None:
+        """Draw the form itself never as a whole: the stand-in, and its pieces in idle moments."""
+        if self.pieces is None and self.surface is not None and self._mesh is not None:
+            self.pieces = Pieces(self.renderer, self.surface, heavy(self._mesh).parts)
+            self.use_stand_in(True)
+
+    @contextmanager
+    def whole(self) -> Iterator[None]:
+        """Draw the form itself at once, however long that takes."""
+        standing_in = self.standing_in
+        self.use_stand_in(False)
+        if self.pieces is not None:
+            self.pieces.show(range(len(self.pieces)))
+        try:
+            yield
+        finally:
+            if self.pieces is not None:
+                self.pieces.show(range(0))
+            self.use_stand_in(standing_in)
 
     @property
     def standing_in(self) -> bool:

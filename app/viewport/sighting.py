@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import threading
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QWidget
 
 from app.look import DARK, Theme
@@ -20,11 +23,22 @@ _NONE: I64 = np.zeros(0, dtype=np.int64)
 
 
 class Sighting(Layers):
-    """Tells what lies under pixels; worked out once for each view."""
+    """Tells what lies under pixels; worked out once for each view.
+
+    Signals
+    -------
+    sighted : what is seen of a heavy form was worked out in idle moments, and is at hand.
+    """
+
+    sighted = Signal()
+    _prepared = Signal(object)
 
     def __init__(self, parent: QWidget | None, theme: Theme = DARK) -> None:
         super().__init__(parent, theme)
         self._sight: tuple[Any, Sight] | None = None
+        self._looked_at: Any = None  # by whatever works out a sight now
+        self.gradual.seen.connect(self._take_ids)
+        self._prepared.connect(self._take_sight, Qt.ConnectionType.QueuedConnection)
 
     def set_mesh(self, mesh: Mesh, keep_camera: bool = False) -> None:
         """Show a mesh, framed three-quarter, or from where one looks now."""
@@ -38,20 +52,65 @@ class Sighting(Layers):
             return None
         if not self.render_window.GetReadyForRendering():
             return None
-        view = self.view()
-        key = (view, surface.stamp, self.device_size())
+        key = self._key()
         if self._sight is not None and self._sight[0] == key:
             return self._sight[1]
-        ids = capture(self.render_window, self.renderer, surface.actor)[::-1]
-        sight = Sight(
-            np.ascontiguousarray(ids),
-            view,
+        if self.scene.pieces is not None:
+            # Somebody cannot wait for the idle moments.
+            self._looked_at = key
+            self.gradual.number()
+            self.gradual.finish()
+            self._rest_timer.start()
+            assert self._sight is not None
+            return self._sight[1]
+        ids = capture(self.render_window, self.renderer, surface.actor)
+        self._sight = (key, self._sight_of(ids))
+        return self._sight[1]
+
+    @property
+    def sight_comes(self) -> bool:
+        """Whether what is seen is being worked out, and not there yet."""
+        there = self._sight is not None and self._sight[1].ready and self._sight[0] == self._key()
+        return self.scene.pieces is not None and not there
+
+    def _key(self) -> Any:
+        surface = self.scene.surface
+        return (self.view(), surface and surface.stamp, self.device_size())
+
+    def _sight_of(self, ids: NDArray[np.int32]) -> Sight:
+        assert self._form is not None
+        return Sight(
+            np.ascontiguousarray(ids[::-1]),
+            self.view(),
             self.devicePixelRatioF(),
             self._vertices.copy(),
             self._form.faces,
+            self._form.topology.incidence,
         )
+
+    def _shown_whole(self) -> None:
+        """With the picture on the screen, see what is where, before anybody asks."""
+        if self._sight is None or self._sight[0] != self._key():
+            self._looked_at = self._key()
+            self.gradual.number()
+
+    def _take_ids(self, ids: NDArray[np.int32]) -> None:
+        key, self._looked_at = self._looked_at, None
+        if key != self._key():
+            return
+        sight = self._sight_of(ids)
         self._sight = (key, sight)
-        return sight
+
+        def prepare() -> None:
+            sight.prepare()
+            with suppress(RuntimeError):  # the window was closed meanwhile
+                self._prepared.emit(sight)
+
+        threading.Thread(target=prepare, name="sight", daemon=True).start()
+
+    def _take_sight(self, sight: Sight) -> None:
+        if self._sight is not None and self._sight[1] is sight:
+            self.sighted.emit()
 
     def pick(self, x: float, y: float) -> Hit | None:
         """Return what is visible at a pixel, or None over the background."""

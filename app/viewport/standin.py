@@ -1,47 +1,39 @@
-"""A lighter form to show while a heavy one turns: its vertices clustered on a grid."""
+"""A lighter form to show while a heavy one turns; the region in it stays as it is."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
+from scipy import sparse as sp
 
+from app.viewport.heavy import Lighter, faces_about
 from app.viewport.surface import Surface
 from engine.arrays import I64
 
-CELLS_ACROSS = 128
 
-
-def clustered(
-    positions: NDArray[Any], faces: I64, cells: int = CELLS_ACROSS, kept: I64 | None = None
+def with_kept(
+    lighter: Lighter, faces: I64, incidence: sp.csr_array, kept: I64 | None
 ) -> tuple[I64, I64]:
-    """Return one vertex id per occupied grid cell (c,) and the faces between them (g, 3).
+    """Return the vertices (c,) and faces (g, 3) of a lighter form in which some vertices stay.
 
-    Rossignac and Borrel's vertex clustering. The vertices that remain are vertices of the form, so
-    that colours and normals are looked up, not computed. Those in `kept` all remain: they are the
-    part that one is working on.
+    Parameters
+    ----------
+    faces : (f, 3) of the form itself.
+    incidence : (n, f), which faces are around a vertex.
+    kept : ascending ids of the vertices that stay with all the faces around them: the part that
+        one works on.
     """
-    low, high = positions.min(axis=0), positions.max(axis=0)
-    step = float((high - low).max()) / cells or 1.0
-    at = ((positions - low) / step).astype(np.int64)
-    key = (at[:, 0] * (cells + 2) + at[:, 1]) * (cells + 2) + at[:, 2]
-    if kept is not None:
-        key[kept] = (cells + 2) ** 3 + np.arange(len(kept))
-    _, first, cluster = np.unique(key, return_index=True, return_inverse=True)
-    small = cluster[faces]
-    proper = (
-        (small[:, 0] != small[:, 1]) & (small[:, 1] != small[:, 2]) & (small[:, 2] != small[:, 0])
-    )
-    return first.astype(np.int64), _without_doubles(small[proper], len(first))
-
-
-def _without_doubles(faces: I64, n: int) -> I64:
-    """Return each of `faces` (g, 3) once, in the orientation it has."""
-    row, least = np.arange(len(faces))[:, None], np.argmin(faces, axis=1)[:, None]
-    turned = faces[row, (least + np.arange(3)) % 3].astype(np.int64)
-    _, once = np.unique((turned[:, 0] * n + turned[:, 1]) * n + turned[:, 2], return_index=True)
-    return np.ascontiguousarray(turned[once])
+    if kept is None or len(kept) == 0:
+        return lighter.ids, lighter.faces
+    about = faces_about(kept, incidence)
+    became = lighter.face[about]
+    # A face of the lighter form goes when nothing but faces about the region became it.
+    left = np.bincount(lighter.face[lighter.face >= 0], minlength=len(lighter.faces))
+    left -= np.bincount(became[became >= 0], minlength=len(lighter.faces))
+    ids = np.concatenate([lighter.ids, kept])
+    corners = faces[about]
+    at = np.minimum(np.searchsorted(kept, corners), len(kept) - 1)
+    whole = np.where(kept[at] == corners, len(lighter.ids) + at, lighter.cell[corners])
+    return ids, np.concatenate([lighter.faces[left > 0], whole])
 
 
 class StandIn:
@@ -50,19 +42,22 @@ class StandIn:
     Parameters
     ----------
     surface : the heavy one.
-    kept : ids of vertices that are shown as they are, or None.
+    ids, faces : vertices of the heavy one that it has, and its faces in positions of these.
     """
 
-    def __init__(self, surface: Surface, kept: I64 | None = None) -> None:
+    def __init__(self, surface: Surface, ids: I64, faces: I64) -> None:
         self._of = surface
-        self._ids, faces = clustered(surface.positions, surface.faces, kept=kept)
-        self.surface = Surface(surface.positions[self._ids], faces, (255, 255, 255))
+        self.ids = ids
+        self.surface = Surface(
+            surface.positions[ids], faces, (255, 255, 255), normals=surface.normals[ids]
+        )
         self.surface.actor.VisibilityOff()
         self.surface.actor.PickableOff()
+        self.follow()
 
     def follow(self) -> None:
         """Copy positions, normals and colours of the heavy surface."""
-        self.surface.positions[:] = self._of.positions[self._ids]
-        self.surface.normals[:] = self._of.normals[self._ids]
-        self.surface.colours[:] = self._of.colours[self._ids]
+        self.surface.positions[:] = self._of.positions[self.ids]
+        self.surface.normals[:] = self._of.normals[self.ids]
+        self.surface.colours[:] = self._of.colours[self.ids]
         self.surface.refresh()

@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy import sparse as sp
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
+from app.viewport.heavy import faces_about
 from engine.arrays import F64, I64
 from engine.mesh import Mesh
 
@@ -84,20 +86,13 @@ def _farthest(positions: NDArray[Any]) -> float:
 class _Neighbourhood:
     """Which normals change when the vertices `ids` move, and the faces that give them."""
 
-    def __init__(self, ids: I64, faces: I64, n: int) -> None:
+    def __init__(self, ids: I64, faces: I64, incidence: sp.csr_array) -> None:
         self.ids = ids
-        moved = np.zeros(n, dtype=bool)
-        moved[ids] = True
-        around = np.zeros(n, dtype=bool)
-        around[faces[moved[faces].any(axis=1)].ravel()] = True
-        self.ring = np.flatnonzero(around)
-        local = np.full(n, -1, dtype=np.int64)
-        touching = faces[around[faces].any(axis=1)]
-        used = np.unique(touching)
-        local[used] = np.arange(len(used))
-        self.used = used
-        self.faces = local[touching]
-        self.ring_local = local[self.ring]
+        self.ring = np.unique(faces[faces_about(ids, incidence)])
+        touching = faces[faces_about(self.ring, incidence)]
+        self.used = np.unique(touching)
+        self.faces = np.searchsorted(self.used, touching)
+        self.ring_local = np.searchsorted(self.used, self.ring)
 
     def normals(self, positions: NDArray[Any]) -> F32:
         """Return the unit normals of the ring, (r, 3)."""
@@ -112,6 +107,8 @@ class Surface:
     positions : (n, 3) in scene units.
     faces : (f, 3).
     colour : (3,) uint8, of every vertex at first.
+    normals : (n, 3), if they are known already.
+    incidence : (n, f), which faces are around a vertex; needed to move only some of them.
 
     Attributes
     ----------
@@ -119,11 +116,23 @@ class Surface:
     actor : the vtkActor to put into a renderer.
     """
 
-    def __init__(self, positions: NDArray[Any], faces: I64, colour: ArrayLike) -> None:
+    def __init__(
+        self,
+        positions: NDArray[Any],
+        faces: I64,
+        colour: ArrayLike,
+        normals: F32 | None = None,
+        incidence: sp.csr_array | None = None,
+    ) -> None:
         n = len(positions)
+        self._incidence = incidence
         self.faces = faces
-        self.positions: F32 = np.ascontiguousarray(positions, dtype=np.float32).copy()
-        self.normals = unit_normals(self.positions, faces, n)
+        self.positions: F32 = np.array(positions, dtype=np.float32, order="C")
+        self.normals: F32 = (
+            unit_normals(self.positions, faces, n)
+            if normals is None
+            else np.array(normals, dtype=np.float32, order="C")
+        )
         self.colours: U8 = np.tile(np.asarray(colour, dtype=np.uint8), (n, 1))
         self._neighbourhood: _Neighbourhood | None = None
         self._reach = _farthest(self.positions)
@@ -173,23 +182,30 @@ class Surface:
         else:
             self.positions[ids] = positions
             if self._neighbourhood is None or self._neighbourhood.ids is not ids:
-                self._neighbourhood = _Neighbourhood(ids, self.faces, self.n)
+                assert self._incidence is not None
+                self._neighbourhood = _Neighbourhood(ids, self.faces, self._incidence)
             self.normals[self._neighbourhood.ring] = self._neighbourhood.normals(self.positions)
+        self.moved()
+
+    def moved(self) -> None:
+        """Tell VTK that positions and normals were written in place."""
         self._points.GetData().Modified()
         self._points.Modified()
         self._normals.Modified()
+
+    def recoloured(self) -> None:
+        """Tell VTK that colours were written in place."""
+        self._rgb.Modified()
 
     def recolour(self, colours: NDArray[Any], ids: I64 | None = None) -> None:
         """Take new colours: of all vertices (n, 3) uint8, or of `ids` only."""
         self.colours[slice(None) if ids is None else ids] = colours
-        self._rgb.Modified()
+        self.recoloured()
 
     def refresh(self) -> None:
         """Tell VTK that positions, normals and colours were written in place."""
-        self._points.GetData().Modified()
-        self._points.Modified()
-        self._normals.Modified()
-        self._rgb.Modified()
+        self.moved()
+        self.recoloured()
 
     @property
     def stamp(self) -> tuple[int, int]:

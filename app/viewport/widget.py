@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtCore import QEvent, Qt, QTimer, Signal
 from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QComboBox, QLineEdit, QWidget
 
 from app.look import DARK, Theme
@@ -20,6 +20,7 @@ from app.viewport.hands import Hands
 from app.viewport.sighting import Sighting
 from plugins.api import Pointer
 
+MOST_WAIT_MS = 5000
 _TYPED_INTO = (QLineEdit, QAbstractSpinBox, QComboBox)
 
 
@@ -30,11 +31,13 @@ class Viewport(Sighting):
     -------
     pointer : `plugins.api.Pointer` of the left button, the pen tip, or hovering.
     cancelled : the gesture under way will have no release.
+    selecting(on) : a stroke is over, and what it means waits for what is seen of a heavy form.
     alt_scrolled : notches of the wheel turned with Alt held.
     """
 
     pointer = Signal(object)
     cancelled = Signal()
+    selecting = Signal(bool)
     alt_scrolled = Signal(float)
 
     def __init__(self, parent: QWidget | None = None, theme: Theme = DARK) -> None:
@@ -45,6 +48,13 @@ class Viewport(Sighting):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMinimumSize(160, 120)
         self._tool_cursor: Any = None
+        self._held: list[Pointer] = []
+        self._form_at_press: object = None
+        self._patience = QTimer(self)
+        self._patience.setSingleShot(True)
+        self._patience.setInterval(MOST_WAIT_MS)
+        self._patience.timeout.connect(self._let_go)
+        self.sighted.connect(self._let_go)
         self.hands = Hands(self, self.navigation)
         self._apply_eye()
 
@@ -56,11 +66,41 @@ class Viewport(Sighting):
         if pointer.kind == "press":
             self.navigation.stop()
             self.overlay.set_invitation(None)
-        self.pointer.emit(pointer)
+            self._form_at_press = self._form_now()
+        if self._held or (pointer.kind == "release" and self._waits()):
+            self._hold(pointer)
+        else:
+            self.pointer.emit(pointer)
 
     def cancel_pointer(self) -> None:
         """Say that the gesture under way will have no release."""
+        self._held.clear()
+        self._let_go()
         self.cancelled.emit()
+
+    def _form_now(self) -> object:
+        return self.scene.surface and self.scene.surface.stamp
+
+    def _waits(self) -> bool:
+        """Whether a stroke's end has to wait; not after a drag that the form followed."""
+        return self.sight_comes and self._form_now() == self._form_at_press
+
+    def _hold(self, pointer: Pointer) -> None:
+        if not self._held:
+            self._patience.start()
+            self.selecting.emit(True)
+        if pointer.kind != "hover":
+            self._held.append(pointer)
+
+    def _let_go(self) -> None:
+        """Hand on what was held back."""
+        waited = self._patience.isActive() or bool(self._held)
+        self._patience.stop()
+        held, self._held = self._held, []
+        if waited:
+            self.selecting.emit(False)
+        for pointer in held:
+            self.pointer.emit(pointer)
 
     def alt_scroll(self, notches: float) -> None:
         """Say that the wheel was turned with Alt held."""
@@ -121,6 +161,9 @@ class Viewport(Sighting):
         for other in list(self._linked):
             self.unlink(other)
         self._rest_timer.stop()
+        self._patience.stop()
+        self._held.clear()
+        self.gradual.give_up()
         self.navigation.stop()
         self._sight = None
         self.scene.clear()

@@ -1,4 +1,4 @@
-"""What the viewport shows: displays, maps, curves, pictures, measures, the cube, the stand-in."""
+"""What the viewport shows: displays, maps, curves, pictures, the cube."""
 
 from __future__ import annotations
 
@@ -9,28 +9,14 @@ from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 
 from app.look import DARK, LIGHT, RIM, SOURCE, rgb8
-from app.viewport import Viewport, moving
+from app.viewport import Viewport
 from app.viewport.camera import Eye
 from app.viewport.idimage import capture, captured_by_selector
 from app.viewport.shading import mapped, round_up, signed_mean_curvature
-from app.viewport.standin import clustered
 from engine import Mesh
 from tests.app.viewport_stage import LEFT, MIDDLE, NONE, Stage, sphere, torus
 
 pytestmark = pytest.mark.window
-
-
-@pytest.fixture(scope="module")
-def shared_stage(qapp):
-    made = Stage(torus(6000))
-    yield made
-    made.close()
-
-
-@pytest.fixture
-def stage(shared_stage, qtbot):  # qtbot catches what Qt reports and exceptions in slots
-    shared_stage.reset(torus(6000))
-    return shared_stage
 
 
 def pixels(image: QImage) -> np.ndarray:
@@ -335,57 +321,7 @@ def test_linked_views_look_from_the_same_place(qtbot, stage):
     a.turn_by(0.1, 0.0)  # whoever is left looks where it likes
 
 
-# Heavy forms
-
-
-def test_a_heavy_form_turns_as_a_lighter_one_and_rests_as_itself(qtbot, monkeypatch):
-    monkeypatch.setattr(moving, "SLOW_FRAME_MS", 0.0)
-    stage = Stage(torus(90_000))
-    viewport = stage.viewport
-    assert len(viewport.form.faces) > moving.HEAVY_FACES
-    stage.settle()
-    full = picture(viewport, (400, 320))
-    viewport.turn_by(0.01, 0.0)
-    assert viewport.scene.standing_in
-    light = viewport.scene.stand_in.surface
-    assert light.n < 0.7 * viewport.form.n
-    assert not viewport.scene.surface.actor.GetVisibility()
-    sight = viewport.sight()
-    assert sight.ids.max() > len(light.faces)
-    viewport.turn_by(-0.01, 0.0)
-    stage.settle()
-    assert not viewport.scene.standing_in
-    assert np.abs(picture(viewport, (400, 320)) - full).mean() < 1.0
-    stage.close()
-
-
-def test_the_region_of_a_heavy_form_is_never_lightened(qtbot, monkeypatch):
-    monkeypatch.setattr(moving, "SLOW_FRAME_MS", 0.0)
-    stage = Stage(torus(90_000))
-    viewport = stage.viewport
-    ids = viewport.vertices_inside(stage.ellipse(0.15))
-    viewport.set_region(ids)
-    viewport.set_vertices(viewport.vertices[ids] * 1.02, ids)
-    assert viewport.scene.standing_in
-    shown = viewport.scene.stand_in
-    assert np.isin(ids, shown._ids).all()
-    place = np.searchsorted(np.sort(shown._ids), ids)
-    moved = viewport.scene.surface.positions[ids]
-    assert (shown.surface.positions[np.argsort(shown._ids)[place]] == moved).all()
-    viewport.set_region(None)
-    assert not viewport.scene.standing_in
-    assert viewport.scene.surface.actor.GetVisibility()
-    stage.close()
-
-
-def test_clustering_keeps_the_form_and_its_orientation():
-    mesh = torus(60_000)
-    ids, faces = clustered(mesh.vertices, mesh.faces, cells=60)
-    light = Mesh(mesh.vertices[ids], faces)
-    assert light.n < 0.4 * mesh.n
-    area = np.linalg.norm(mesh.face_normals, axis=1).sum()
-    assert np.linalg.norm(light.face_normals, axis=1).sum() == pytest.approx(area, rel=0.1)
-    assert ((light.vertex_normals * mesh.vertex_normals[ids]).sum(axis=1) > 0).mean() > 0.97
+# The image of triangles
 
 
 def test_one_render_tells_the_same_as_the_hardware_selector(stage):

@@ -1,0 +1,76 @@
+"""A heavy form in pieces: each is drawn in a moment, all of them one after the other."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from vtkmodules.vtkRenderingCore import vtkActor, vtkRenderer
+
+from app.viewport.heavy import Part
+from app.viewport.surface import Surface
+
+
+class Pieces:
+    """The pieces of one surface in a renderer; they are made when they are first drawn."""
+
+    def __init__(self, renderer: vtkRenderer, surface: Surface, parts: tuple[Part, ...]) -> None:
+        self._renderer = renderer
+        self._of = surface
+        self._parts = parts
+        self._made: list[Surface | None] = [None] * len(parts)
+
+    def __len__(self) -> int:
+        return len(self._parts)
+
+    @property
+    def faces(self) -> tuple[NDArray[np.int64], ...]:
+        """Which faces of the form those of each piece are."""
+        return tuple(part.of for part in self._parts)
+
+    def show(self, which: range) -> None:
+        """Let some of the pieces be drawn, as the form is now, and no other."""
+        for number, piece in enumerate(self._made):
+            if number in which:
+                self._as_it_is(number).actor.VisibilityOn()
+            elif piece is not None:
+                piece.actor.VisibilityOff()
+
+    def actor(self, number: int) -> vtkActor:
+        """Return what draws a piece, as the form is now."""
+        return self._as_it_is(number).actor
+
+    def remove(self) -> None:
+        """Take the pieces out of the picture."""
+        for piece in self._made:
+            if piece is not None:
+                self._renderer.RemoveActor(piece.actor)
+        self._made = [None] * len(self._parts)
+
+    def _as_it_is(self, number: int) -> Surface:
+        part, piece, of = self._parts[number], self._made[number], self._of
+        if piece is None:
+            piece = Surface(
+                of.positions[part.ids],
+                part.faces,
+                (255, 255, 255),
+                normals=of.normals[part.ids],
+            )
+            piece.colours[:] = of.colours[part.ids]
+            piece.actor.SetProperty(of.actor.GetProperty())
+            piece.actor.SetShaderProperty(of.actor.GetShaderProperty())
+            piece.actor.PickableOff()
+            piece.actor.VisibilityOff()
+            self._renderer.AddActor(piece.actor)
+            self._made[number] = piece
+            return piece
+        # Looking costs a tenth of sending to OpenGL what has not changed.
+        for mine, theirs, tell in (
+            (piece.positions, of.positions, piece.moved),
+            (piece.normals, of.normals, piece.moved),
+            (piece.colours, of.colours, piece.recoloured),
+        ):
+            now = theirs[part.ids]
+            if not np.array_equal(mine, now):
+                mine[:] = now
+                tell()
+        return piece

@@ -1,0 +1,172 @@
+"""A form too heavy to be drawn in a moment: a lighter one in motion, pieces of it at rest."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QEvent
+from PySide6.QtGui import QImage
+from PySide6.QtTest import QTest
+
+from app.viewport import moving
+from app.viewport.heavy import HEAVY_FACES, lightened, parts_of
+from app.viewport.idimage import capture
+from app.viewport.standin import with_kept
+from engine import Mesh
+from tests.app.viewport_stage import Stage, torus
+
+pytestmark = pytest.mark.window
+
+
+@pytest.fixture(scope="module")
+def heavy_stage(qapp):
+    made = Stage(torus(90_000))
+    assert len(made.viewport.form.faces) > HEAVY_FACES
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def heavy(heavy_stage, qtbot, monkeypatch):
+    monkeypatch.setattr(moving, "SLOW_FRAME_MS", 0.0)  # on a graphics card: as on a slow one
+    heavy_stage.viewport.set_mesh(torus(90_000))
+    heavy_stage.settle()
+    heavy_stage.events.clear()
+    return heavy_stage
+
+
+def test_a_heavy_form_turns_as_a_lighter_one_and_rests_as_itself(heavy):
+    viewport = heavy.viewport
+    viewport.turn_by(0.01, 0.0)
+    viewport.repaint()
+    assert viewport.scene.standing_in
+    light = viewport.scene.stand_in.surface
+    assert light.n < 0.7 * viewport.form.n
+    assert not viewport.scene.surface.actor.GetVisibility()
+    sight = viewport.sight()
+    assert sight.ids.max() > len(light.faces)
+
+
+def test_a_heavy_form_drawn_in_pieces_is_the_form(heavy):
+    viewport = heavy.viewport
+    if not viewport.software:
+        pytest.skip("a graphics card draws the form at once")
+    shown = on_screen(heavy)
+    viewport.scene.surface.actor.VisibilityOn()
+    viewport.scene.stand_in.surface.actor.VisibilityOff()
+    viewport.renderer.SetUseFXAA(True)
+    viewport._only_show = False
+    viewport.render_window.GetInteractor().EnableRenderOn()
+    viewport.render_window.Render()
+    viewport.render_window.GetInteractor().EnableRenderOff()
+    viewport._only_show = True
+    viewport.repaint()
+    at_once = on_screen(heavy)
+    viewport.scene.use_stand_in(True)
+    inside = (slice(40, 360), slice(40, 380))  # not the cube
+    different = np.abs(shown[inside].astype(int) - at_once[inside]).max(axis=2) > 8
+    assert different.mean() < 0.01
+    assert at_once[inside].std() > 10
+
+
+def on_screen(stage) -> np.ndarray:
+    """What the screen shows of the viewport, (h, w, 3), without another frame of it."""
+    viewport = stage.viewport
+    QTest.qWait(60)
+    before = viewport.renders
+    image = viewport.screen().grabWindow(viewport.window().winId()).toImage()
+    image = image.convertToFormat(QImage.Format.Format_RGB32)
+    assert viewport.renders == before
+    rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1, 4)
+    return rows[..., :3].copy()
+
+
+def test_what_is_seen_of_a_heavy_form_is_known_before_anybody_asks(heavy, qtbot):
+    viewport = heavy.viewport
+    if not viewport.software:
+        pytest.skip("a graphics card draws the form at once")
+    qtbot.waitUntil(lambda: not viewport.sight_comes, timeout=20_000)
+    ids = viewport.sight().ids
+    actor = viewport.scene.surface.actor
+    at_once = capture(viewport.render_window, viewport.renderer, actor)[::-1]
+    assert (ids >= 0).mean() > 0.2
+    assert (ids != at_once).mean() < 0.002  # where two triangles lie on one edge of a pixel
+
+
+def test_a_stroke_ends_when_what_it_means_is_known(heavy, qtbot):
+    viewport = heavy.viewport
+    if not viewport.software:
+        pytest.skip("a graphics card draws the form at once")
+    viewport.turn_by(0.2, 0.0)
+    told = []
+    viewport.selecting.connect(told.append)
+    heavy.mouse_drag(heavy.ellipse()[:6])
+    assert heavy.kinds == ["press"] + ["move"] * 5
+    assert told == [True]
+    heavy.mouse(QEvent.Type.MouseMove, (30, 40))
+    with qtbot.waitSignal(viewport.sighted, timeout=20_000):
+        pass
+    assert heavy.kinds == ["press"] + ["move"] * 5 + ["release"]
+    assert told == [True, False]
+    assert not viewport.sight_comes
+
+
+def test_a_held_stroke_that_is_cancelled_never_ends(heavy, qtbot):
+    viewport = heavy.viewport
+    if not viewport.software:
+        pytest.skip("a graphics card draws the form at once")
+    viewport.turn_by(0.2, 0.0)
+    heavy.mouse_drag(heavy.ellipse()[:6])
+    viewport.cancel_pointer()
+    with qtbot.waitSignal(viewport.sighted, timeout=20_000):
+        pass
+    assert "release" not in heavy.kinds
+
+
+def test_the_region_of_a_heavy_form_is_never_lightened(heavy):
+    viewport = heavy.viewport
+    ids = viewport.vertices_inside(heavy.ellipse(0.15))
+    viewport.set_region(ids)
+    viewport.set_vertices(viewport.vertices[ids] * 1.02, ids)
+    viewport.repaint()
+    assert viewport.scene.standing_in
+    shown = viewport.scene.stand_in
+    assert (shown.ids[-len(ids) :] == ids).all()
+    moved = viewport.scene.surface.positions[ids]
+    assert (shown.surface.positions[-len(ids) :] == moved).all()
+    inside = np.isin(viewport.form.faces, ids).any(axis=1).sum()
+    assert (shown.surface.faces >= shown.surface.n - len(ids)).any(axis=1).sum() == inside
+
+
+def test_clustering_keeps_the_form_and_its_orientation():
+    mesh = torus(60_000)
+    lighter = lightened(mesh.vertices, mesh.faces, cells=60)
+    ids, faces = lighter.ids, lighter.faces
+    light = Mesh(mesh.vertices[ids], faces)
+    assert light.n < 0.4 * mesh.n
+    area = np.linalg.norm(mesh.face_normals, axis=1).sum()
+    assert np.linalg.norm(light.face_normals, axis=1).sum() == pytest.approx(area, rel=0.1)
+    assert ((light.vertex_normals * mesh.vertex_normals[ids]).sum(axis=1) > 0).mean() > 0.97
+    some = np.flatnonzero(lighter.face >= 0)
+    assert (np.sort(faces[lighter.face[some]]) == np.sort(lighter.cell[mesh.faces[some]])).all()
+
+
+def test_a_part_kept_whole_leaves_no_gap_in_a_lighter_form():
+    mesh = torus(60_000)
+    lighter = lightened(mesh.vertices, mesh.faces, cells=60)
+    kept = np.flatnonzero(mesh.vertices[:, 2] > 8.0)
+    ids, faces = with_kept(lighter, mesh.faces, mesh.topology.incidence, kept)
+    area = np.linalg.norm(mesh.face_normals, axis=1).sum()
+    light = Mesh(mesh.vertices[ids], faces)
+    assert np.linalg.norm(light.face_normals, axis=1).sum() == pytest.approx(area, rel=0.05)
+    assert np.isin(kept, ids[faces]).all()
+
+
+def test_the_parts_of_a_form_are_all_of_it_once():
+    mesh = torus(60_000)
+    parts = parts_of(mesh.vertices.astype(np.float32), mesh.faces, 10_000)
+    assert len(parts) > 5
+    of = np.concatenate([part.of for part in parts])
+    assert (np.sort(of) == np.arange(len(mesh.faces))).all()
+    again = np.concatenate([part.ids[part.faces] for part in parts])
+    assert (again == mesh.faces[of]).all()
