@@ -1,7 +1,7 @@
 """A scripted session that keeps a journal until it is killed; arguments: folder and seed.
 
-It writes a line with the number of every state that it has handed over. What state number k is
-follows from the seed alone, so that whoever killed it can tell what should be there.
+It writes a line with the number of every state that it has handed over, and when. What state number
+k is follows from the seed alone, so that whoever killed it can tell what should be there.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def main(folder: Path, seed: int) -> None:
             scribe.begin(state, "scripted.obj")
         else:
             scribe.write(state)
-        sys.stdout.write(f"{number}\n")
+        sys.stdout.write(f"{number} {time.monotonic()}\n")
         sys.stdout.flush()
         # The hand of a person who scribbles ten times faster than anyone can.
         time.sleep(dice.uniform(0.01, 0.03))

@@ -17,6 +17,8 @@ import pytest
 from engine import EditOptions, Mesh, Recipe, SketchEdit, Source, Stroke, View, load, replay
 from engine.arrays import F64
 from resources import sample_path
+from tests.engine.every_step import bumpy, every_step, sketches
+from tests.engine.replay_once import after_each_step
 from tests.engine.shapes import sphere
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -41,8 +43,8 @@ def cap(mesh: Mesh, height: float) -> SketchEdit:
     return SketchEdit(roi, 0.6, (Stroke(anchors, view, target),), EditOptions())
 
 
-def elsewhere(recipe: Path, mesh: Path, out: Path, threads: int) -> F64:
-    """Replay in a fresh process with so many threads."""
+def elsewhere(recipe: Path, mesh: Path, out: Path, threads: int) -> dict[str, F64]:
+    """Replay in a fresh process with so many threads; return what each step gave."""
     names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
     subprocess.run(
         [sys.executable, "-m", "tests.engine.replay_once", str(recipe), str(mesh), str(out)],
@@ -50,23 +52,59 @@ def elsewhere(recipe: Path, mesh: Path, out: Path, threads: int) -> F64:
         check=True,
         env={**os.environ, **dict.fromkeys(names, str(threads))},
     )
-    result: F64 = np.load(out)
-    return result
+    with np.load(out) as found:
+        return dict(found)
 
 
 def compare(mesh: Mesh, recipe: Recipe, folder: Path, rounds: tuple[int, ...]) -> None:
     recipe_file, mesh_file = folder / "recipe.json", folder / "mesh.npz"
     recipe_file.write_text(recipe.to_json(), encoding="utf-8")
     np.savez(mesh_file, vertices=mesh.vertices, faces=mesh.faces)
-    here = replay(recipe, mesh).vertices
-    assert np.abs(here - mesh.vertices).max() > 1e-3 * mesh.diagonal, "the recipe does something"
-    assert replay(recipe, mesh).vertices.tobytes() == here.tobytes()
+    here = after_each_step(recipe, mesh)
+    *_, vertices, _faces = here.values()
+    grown = len(vertices) != mesh.n
+    assert grown or np.abs(vertices - mesh.vertices).max() > 1e-3 * mesh.diagonal, "does something"
+    again = replay(recipe, mesh)
+    assert again.vertices.tobytes() == vertices.tobytes()
+    steps = len(recipe.steps)
     for number, threads in enumerate(rounds):
-        there = elsewhere(recipe_file, mesh_file, folder / f"{number}.npy", threads)
-        difference = np.abs(there - here).max() / mesh.diagonal
-        print(f"{threads} threads: {difference:.1e} of the diagonal")
-        assert difference < PROMISED
-        assert there.tobytes() == here.tobytes()
+        there = elsewhere(recipe_file, mesh_file, folder / f"{number}.npz", threads)
+        assert list(there) == list(here)
+        worst = 0.0
+        for name, one in here.items():
+            other = there[name]
+            assert one.shape == other.shape, name
+            worst = max(worst, float(np.abs(other - one).max()) / mesh.diagonal)
+            assert worst < PROMISED, name
+            assert one.tobytes() == other.tobytes(), f"{name}, {threads} threads"
+        print(f"{steps} steps, {threads} threads: {worst:.1e} of the diagonal apart")
+
+
+def moves_at_each_step(recipe: Recipe, mesh: Mesh) -> bool:
+    """Whether every step of the recipe does something."""
+    before = mesh.vertices
+    for name, array in after_each_step(recipe, mesh).items():
+        if name.endswith("vertices"):
+            if len(array) == len(before):
+                assert np.abs(array - before).max() > 1e-3 * mesh.diagonal, name
+            before = array
+    return True
+
+
+@pytest.mark.parametrize(
+    ("level", "rounds"), [(4, (1, 2)), pytest.param(5, (1, 1, 2, 2), marks=pytest.mark.soak)]
+)
+def test_every_kind_of_step_replays_to_the_same_bytes(
+    level: int, rounds: tuple[int, ...], tmp_path: Path
+) -> None:
+    mesh = bumpy(level)
+    steps = every_step(mesh)
+    recipe = Recipe(tuple(steps.values()), digest=mesh.digest)
+    assert {"closed", "several strokes", "mirrored", "handle", "morph", "remesh"} <= set(steps)
+    finer = replay(recipe, mesh)
+    recipe = recipe.with_step(sketches(finer)["closed"])
+    assert moves_at_each_step(recipe, mesh)
+    compare(mesh, recipe, tmp_path, rounds)
 
 
 def test_dense_and_banded_modes_replay_to_the_same_bytes(tmp_path: Path) -> None:
