@@ -14,6 +14,7 @@ from app.look import Appearance
 from app.window import Window
 from engine import Document, Mesh, save
 from tests.app.driving import bumpy_sphere, settled
+from tests.app.viewport_stage import Stage, torus
 
 # As the program does it: before the application is made.
 QApplication.setAttribute(Qt.ApplicationAttribute.AA_CompressHighFrequencyEvents, False)
@@ -76,3 +77,18 @@ def make_window(qtbot, qapp) -> Iterator[MakeWindow]:
 def window(make_window: MakeWindow, sphere: Mesh) -> Window:
     """A window with the sphere open."""
     return make_window(sphere)
+
+
+@pytest.fixture(scope="module")
+def shared_stage(qapp) -> Iterator[Stage]:
+    """A viewport that the tests of a file share: to make one takes longer than most tests."""
+    made = Stage(torus(6000))
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def stage(shared_stage: Stage, qtbot) -> Stage:
+    """The shared viewport as if it were new; qtbot catches exceptions in slots."""
+    shared_stage.reset(torus(6000))
+    return shared_stage

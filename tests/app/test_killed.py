@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import os
 import random
-import subprocess
 import sys
-import threading
 from pathlib import Path
 
 import pytest
 
 from engine.journal import recover
 from plugins.registry import kinds
+from tests.killing import lines_until_killed
 from tests.soak.killed_window import digest
 
-ROOT = Path(__file__).resolve().parents[2]
 KILLS = [
     pytest.param(2),
     pytest.param(50, marks=[pytest.mark.soak, pytest.mark.timeout(3600)]),
@@ -51,21 +48,7 @@ def test_a_killed_window_loses_at_most_one_stroke(kills: int, tmp_path: Path, qa
 
 def killed(folder: Path, seed: int, after: float) -> list[str]:
     """Run a window, kill it some seconds after its document opened; return what it noted."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", "tests.soak.killed_window", str(folder), str(seed)],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
-    )
-    assert process.stdout is not None
-    with process.stdout:
-        first = process.stdout.readline()
-        assert first
-        threading.Event().wait(after)
-        process.kill()
-        rest = process.stdout.read().split("\n")
-    process.wait()
+    written = lines_until_killed("tests.soak.killed_window", folder, seed, after)
     # The last line may have been cut off by the kill; opening notes the same state more than once.
-    whole = [line for line in (first.strip(), *rest) if len(line) == 64]
+    whole = [line for line in written if len(line) == 64]
     return [line for line, before in zip(whole, ["", *whole], strict=False) if line != before]

@@ -40,19 +40,6 @@ pytestmark = pytest.mark.window
 SHIFTED = np.array([40, -25])
 
 
-@pytest.fixture(scope="module")
-def shared_stage(qapp):
-    made = Stage(torus(6000))
-    yield made
-    made.close()
-
-
-@pytest.fixture
-def stage(shared_stage, qtbot):  # qtbot catches what Qt reports and exceptions in slots
-    shared_stage.reset(torus(6000))
-    return shared_stage
-
-
 def seen_by_rays(viewport, mesh: Mesh, ids: np.ndarray) -> np.ndarray:
     """Whether nothing lies between each vertex and the eye, by casting rays."""
     data = viewport.scene.surface.data

@@ -24,8 +24,6 @@ from tests.engine.histories import KINDS, fingerprint, grid, history
 from tests.engine.scripted_session import states
 from tests.killing import lines_until_killed
 
-ROOT = Path(__file__).resolve().parents[2]
-
 
 def abandoned(folder: Path, state: HistoryState) -> Path:
     """Write a journal and let go of it as a program does that is killed."""
