@@ -184,7 +184,9 @@ class TargetTool(Tool):
         else:
             last = draft.acting[-1]
             source, others = _source(last), tuple(s for s in draft.strokes if s is not last)
-        start = view.project(context.shown.vertices[source.anchors])
+        # As it is now: while the hand moves, the form that is shown is already on its way.
+        points = context.shown.vertices[source.anchors]
+        start = view.project(points)
         context.say("Draw the whole curve where it should go")
         path = [pointer.xy]
         while pointer.kind != "release":
@@ -197,7 +199,6 @@ class TargetTool(Tool):
                 context.preview(_with_strokes(context.document, (*others, so_far)))
         if _extent(np.array(path)) < SHORTEST:
             return None
-        points = context.shown.vertices[source.anchors]
         tidy = tidy_stroke(np.array(path), 2.0, context.options.stabiliser)
         target = resample_target(points, tidy, view, closed=source.closed)
         return _with_strokes(context.document, (*others, _stroke(source, view, target)))
