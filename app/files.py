@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal
 
 import engine
 from app.session import Session
-from engine import Document, EngineError, Run
+from engine import Document, EngineError, Imported, Run
 from engine.archive import DOCUMENT_SUFFIX, Archive, open_archive
 from engine.files.place import write_file
 from plugins.registry import kinds
@@ -25,24 +25,23 @@ class Files(QObject):
     Signals
     -------
     unpacked(archive) : what is open came from a document file, with what else was in it.
-    imported(report) : the file was not taken as it stood; the report says what was done.
-    heavy(path, clean, bytes) : a file takes much memory to open, and nobody said that it shall.
+    imported(found, path) : a file was not taken as it stood; its report says what was done.
+    heavy(path, bytes) : a file takes much memory to open, and nobody said that it shall.
     """
 
     unpacked = Signal(object)
-    imported = Signal(object)
-    heavy = Signal(object, bool, object)
+    imported = Signal(object, object)
+    heavy = Signal(object, object)
 
     def __init__(self, session: Session, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._session = session
 
-    def open(self, path: Path, *, clean: bool = True, sure: bool = False) -> None:
+    def open(self, path: Path, *, sure: bool = False) -> None:
         """Open a mesh or a document in the background; what is open stays until it is there.
 
         Parameters
         ----------
-        clean : repair what can be repaired; without, the file is taken as it is or refused.
         sure : open also a file that takes much memory, without asking by `heavy`.
         """
         if path.suffix.lower() == DOCUMENT_SUFFIX:
@@ -51,18 +50,21 @@ class Files(QObject):
 
         def work(run: Run) -> Any:
             needed = 0 if sure else engine.estimate(path)
-            return needed if is_heavy(needed) else engine.open_file(path, clean, run)
+            return needed if is_heavy(needed) else engine.open_file(path, run=run)
 
-        def done(imported: Any) -> None:
-            if isinstance(imported, int):
-                self.heavy.emit(path, clean, imported)
-                return
-            self._session.start(Document.open(imported.mesh, path.name), path=path)
-            report = imported.report
-            if report.changed or report.warnings:
-                self.imported.emit(report)
+        def done(found: Any) -> None:
+            if isinstance(found, int):
+                self.heavy.emit(path, found)
+            else:
+                self.take(found, path)
 
         self._session.jobs.submit(CHANNEL, work, done, self._session.problems.report, priority=1)
+
+    def take(self, found: Imported, path: Path) -> None:
+        """Make what was read of a file the document, and tell what was done to it."""
+        self._session.start(Document.open(found.mesh, path.name), path=path)
+        if found.report.changed or found.report.warnings:
+            self.imported.emit(found, path)
 
     def _open_document(self, path: Path) -> None:
         def done(archive: Archive) -> None:

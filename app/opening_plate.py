@@ -10,9 +10,9 @@ from PySide6.QtCore import QObject
 
 from app.files import Files
 from app.plate import Plate
-from app.seeing import UNIT_WORDS, likely_unit, unit_question
+from app.seeing import UNIT_WORDS, likely_unit, size_words, unit_question
 from app.session import Session
-from engine import ImportReport
+from engine import Imported
 
 
 class OpeningPlate(QObject):
@@ -39,7 +39,7 @@ class OpeningPlate(QObject):
                 f"Opened {document.name}", [unit_question(document)], self._unit_buttons()
             )
 
-    def _ask_heavy(self, path: Path, clean: bool, needed: int) -> None:
+    def _ask_heavy(self, path: Path, needed: int) -> None:
         """Ask before a file is opened that takes much memory."""
         free = psutil.virtual_memory().available
         words = (
@@ -49,20 +49,22 @@ class OpeningPlate(QObject):
             f"Open {path.name}?",
             [words],
             {
-                "Open": lambda: self._files.open(path, clean=clean, sure=True),
+                "Open": lambda: self._files.open(path, sure=True),
                 "Leave it": lambda: None,
             },
         )
 
-    def _show_report(self, report: ImportReport) -> None:
+    def _show_report(self, found: Imported, path: Path) -> None:
         """Say what was done to a file, and offer to take it as it is."""
-        path = self._session.path
+        report = found.report
         buttons: dict[str, Callable[[], object]] = {}
-        if report.repairs and path is not None:
-            buttons["Open without repairs"] = lambda: self._files.open(path, clean=False)
+        if report.repairs:
+            declined = found.without_repairs
+            buttons["Open without repairs"] = lambda: self._files.take(declined, path)
         document = self._session.document
         doubtful = document is not None and likely_unit(document) is not None
-        question = [unit_question(document)] if document is not None and doubtful else []
+        size = [] if document is None else [size_words(document)]
+        question = [unit_question(document)] if document is not None and doubtful else size
         buttons |= self._unit_buttons() if doubtful else {"Good": lambda: None}
         self._plate.say(f"Opened {report.name}", [*report.lines(), *question], buttons)
 

@@ -60,6 +60,11 @@ class Imported:
     as_read: Mesh
     report_as_read: ImportReport
 
+    @property
+    def without_repairs(self) -> Imported:
+        """The same file with its repairs declined."""
+        return replace(self, mesh=self.as_read, report=self.report_as_read)
+
 
 def load(path: str | os.PathLike[str], run: Run | None = None) -> Mesh:
     """Return the mesh of a file, cleaned. `open_file` says what was done to it.

@@ -402,5 +402,7 @@ def test_a_repaired_file_says_so_and_can_be_taken_as_it_is(
     assert len(window.session.document.mesh.faces) == len(sphere.faces)
     assert window.plate.isVisible()
     assert "doubled.obj" in window.plate.text
+    # It was read once: nobody asks the file again.
+    doubled.unlink()
     qtbot.mouseClick(window.plate.buttons["Open without repairs"], Qt.MouseButton.LeftButton)
     qtbot.waitUntil(lambda: len(window.session.document.mesh.faces) == len(faces), timeout=30_000)
