@@ -66,7 +66,7 @@ class Polish:
         away = edges.row != edges.col
         length = float(np.linalg.norm(apart[away], axis=1).mean())
         bent = sp.csr_array(K[lse.rows])
-        weight = (_BENDING_EDGES * length) ** 2 / lse.areas[lse.rows]
+        weight = (_BENDING_EDGES * length) ** 2 / lse.give[lse.rows]
         self._bent_at_rest = bent @ lse.positions
         inner = sp.csr_array(bent[:, :m])
         self._bending = sp.csr_array(sp.csr_array(inner.T) @ sp.diags_array(weight))

@@ -1,4 +1,16 @@
-"""The base shape (Eqs. 9-10): the region's smoothest surface between its rims."""
+"""The base shape (Eqs. 9-10): the region's smoothest surface between its rims.
+
+Rule "smooth" holds two rings of positions and asks for the delta that a surface of least curvature
+variation has, h n with a smooth h:
+
+    x = argmin sum_j M_j |(M^-1 K x)_j - h_j n_j|^2                                        (*)
+
+h, twice the mean curvature, solves Eq. 9 as a scalar, K h = 0 inside, with the values of the rim
+(Eq. 10) evened out along it, so that features there do not leak in. n are the normals of the round
+before; the first round has h = 0 and is Eq. 9 for the vector delta, K M^-1 K x = 0. Alone it pulls
+whatever is round inwards, for vectors that point apart average to something shorter: a tube as long
+as its girth loses two fifths of its radius, and folds at the rim.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +19,27 @@ from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
-from engine.arrays import F64
+from engine.arrays import F64, I64
 from engine.errors import SolveError
 from engine.region import Region
 from engine.solve import Factor, factorise
 
 Rim = Literal["smooth", "paper"]
+
+# No vertex of a base lies further from where it was, in diagonals of the region.
+FARTHEST = 1.0
+# Rounds of (*) after the first, until the surface moves less than this (of the region's diagonal).
+ROUNDS = 6
+STILL = 1e-4
+# A round must move the surface less than this share of what the one before did.
+CALMING = 0.6
+# A part may bend so much more than on the original: where that is fair already, the two are alike.
+# Beyond, what little closed rim there is has misled.
+BENT = 1.1
+# How far the rim's curvature is evened out along it: to about this share of its length.
+EVENNESS = 0.1
 
 
 def base_shape(region: Region, factor: Callable[[], Factor], rim: Rim = "smooth") -> F64:
@@ -23,8 +49,8 @@ def base_shape(region: Region, factor: Callable[[], Factor], rim: Rim = "smooth"
     ----------
     region : the region.
     factor : gives K_II factorised; only rule "paper" asks for it, and needs no other.
-    rim : "smooth" holds the positions of two rings and solves K M^-1 K x = 0; "paper" holds one
-        ring and the Laplacian coordinates on it (Eq. 10).
+    rim : "smooth" holds the positions of two rings and asks for the least variation of the mean
+        curvature; "paper" holds one ring and the Laplacian coordinates on it (Eq. 10).
 
     Notes
     -----
@@ -34,9 +60,9 @@ def base_shape(region: Region, factor: Callable[[], Factor], rim: Rim = "smooth"
 
     Source: Orbay et al. 2012, Eqs. 9, 10.
     """
-    base = smooth_base(region) if rim == "smooth" else paper_base(region, factor())
+    base = Plate(region).levelled() if rim == "smooth" else paper_base(region, factor())
     moved = np.linalg.norm(base - region.x[: region.m], axis=1)
-    if not np.isfinite(base).all() or moved.max() > 1.0:
+    if not np.isfinite(base).all() or moved.max() > FARTHEST:
         raise SolveError(
             "The base shape of this region runs away from the model. "
             "Choose a smaller region, or clean the mesh there."
@@ -64,22 +90,136 @@ def paper_base(region: Region, factor: Factor) -> F64:
     return factor.solve(areas[:m, None] * delta - k_ib @ x[m:])
 
 
-def smooth_base(region: Region) -> F64:
-    """Return the minimiser of sum_j M_j |delta_j|^2 over roi and rim, two rings held.
+class Plate:
+    """A region held at two rings, factorised: sum_j M_j |delta_j - wanted_j|^2 over roi and rim.
 
     Vertices whose ring of faces is open carry no delta and are left out of the sum, so that a
     border inside or beside the region acts as a hinge and a plane stays a plane. Those of a freed
     border keep instead the pull that the surface has on them on the original.
     """
-    m = region.m
-    near = m + len(region.rim)
-    left_out = region.rim_open & (np.arange(near) >= m)
-    weight = np.where(left_out, 0.0, 1 / region.laplacian.areas[:near])
-    rows = sp.csr_array(region.laplacian.stiffness[:near])
-    inner = sp.csr_array(rows[:, :m])
-    pull = np.where(region.rim_open[:, None], rows @ region.x, 0.0)
-    weighted = inner.copy()
-    weighted.data *= np.repeat(weight, np.diff(inner.indptr))
-    turned = sp.csr_array(weighted.T)
-    load = turned @ (pull - rows[:, m:] @ region.x[m:])
-    return factorise(sp.csr_array(turned @ inner)).solve(load)
+
+    def __init__(self, region: Region) -> None:
+        self._region = region
+        m = region.m
+        near = m + len(region.rim)
+        left_out = region.rim_open & (np.arange(near) >= m)
+        weight = np.where(left_out, 0.0, 1 / region.laplacian.areas[:near])
+        self._rows = sp.csr_array(region.laplacian.stiffness[:near])
+        inner = sp.csr_array(self._rows[:, :m])
+        self._pull = np.where(region.rim_open[:, None], self._rows @ region.x, 0.0)
+        weighted = inner.copy()
+        weighted.data *= np.repeat(weight, np.diff(inner.indptr))
+        self._turned = sp.csr_array(weighted.T)
+        self._held = self._rows[:, m:] @ region.x[m:]
+        self._factor = factorise(sp.csr_array(self._turned @ inner))
+
+    def fitted(self, wanted: F64) -> F64:
+        """Return the positions (m, 3) with M delta nearest to `wanted`, (near, 3)."""
+        return self._factor.solve(self._turned @ (wanted + self._pull - self._held))
+
+    def plain(self) -> F64:
+        """Return the positions (m, 3) with K M^-1 K x = 0: Eq. 9 for the vector delta."""
+        return self.fitted(np.zeros_like(self._pull))
+
+    def levelled(self) -> F64:
+        """Return the positions (m, 3) of least variation of the mean curvature.
+
+        Each part of the region goes on while the rounds calm down, whatever the others do.
+        """
+        region, near = self._region, len(self._pull)
+        m = region.m
+        x = region.x.copy()
+        x[:m] = plain = self.plain()
+        normals = _Normals(region.faces, len(x))
+        if not normals.outward:
+            return plain
+        areas = region.laplacian.areas[:near]
+        parts, all_parts = connected_components(self._rows[:, :near], directed=False)
+        try:
+            bend = areas * self._curvature(normals.at(region.x)[:near], all_parts)
+        except SolveError:
+            # Weights that are negative beyond all measure: then no curvature can be foretold.
+            return plain
+        calm, part = plain.copy(), all_parts[:m]
+        share = areas[:m] / np.bincount(part, areas[:m], parts)[part]
+        before, going = np.full(parts, np.inf), np.ones(parts, dtype=bool)
+        for _ in range(ROUNDS):
+            new = self.fitted(bend[:, None] * normals.at(x)[:near])
+            moved = ((new - x[:m]) ** 2).sum(axis=1)
+            step = np.sqrt(np.bincount(part, share * moved, parts))
+            going &= step <= CALMING * before
+            # The first round counts once the second has shown that it led somewhere.
+            kept = (going & ((before < np.inf) | (step < STILL)))[part]
+            calm[kept] = new[kept]
+            going &= step >= STILL
+            if not going.any():
+                break
+            x[:m], before = new, step
+        x[:m] = calm
+        bent = self._bending(x, all_parts, parts)
+        worse = bent > BENT * self._bending(region.x, all_parts, parts)
+        away = np.linalg.norm(calm - region.x[:m], axis=1) > FARTHEST
+        worse |= np.bincount(part, away, parts) > 0
+        return np.where(worse[part][:, None], plain, calm)
+
+    def _bending(self, x: F64, part: I64, parts: int) -> F64:
+        """Return sum_j M_j |delta_j|^2 of each part, (parts,), over vertices with a closed ring."""
+        region, near = self._region, len(self._pull)
+        weight = np.where(region.rim_open, 0.0, 1 / region.laplacian.areas[:near])
+        return np.bincount(part, weight * ((self._rows @ x) ** 2).sum(axis=1), parts).astype(
+            np.float64
+        )
+
+    def _curvature(self, normals: F64, part: I64) -> F64:
+        """Return h (near,): that of the rim, evened out, carried into the region with K h = 0.
+
+        (W + t K) h = W h_rim with W the areas of the rim's vertices and 0 elsewhere.
+
+        Parameters
+        ----------
+        normals : (near, 3) of the original.
+        part : (near,) which connected part each vertex belongs to.
+        """
+        region, near = self._region, len(self._pull)
+        areas = region.laplacian.areas[:near]
+        rim = ~region.rim_open & (np.arange(near) >= region.m)
+        own = np.where(rim, areas, 0.0)
+        k = sp.csr_array(self._rows[:, :near])
+        k = k - sp.diags_array(np.asarray(k.sum(axis=1)))
+        spread = EVENNESS * np.bincount(part, own)[part]
+        bend = np.where(rim, ((self._rows @ region.x) * normals).sum(axis=1), 0.0)
+        # A trace of M: a part of the region whose rim is all open border has no h, and gets 0.
+        mass = sp.diags_array(own + 1e-9 * areas)
+        h = factorise(sp.csr_array(mass + sp.diags_array(spread) @ k)).solve(bend)
+        return np.where(region.rim_open, 0.0, h)
+
+
+def smooth_base(region: Region) -> F64:
+    """Return the solution of K M^-1 K x = 0 with two rings held, (m, 3)."""
+    return Plate(region).plain()
+
+
+class _Normals:
+    """Area-weighted unit normals of positions over fixed faces.
+
+    Attributes
+    ----------
+    outward : whether all faces are wound alike, so that normals have a side.
+    """
+
+    def __init__(self, faces: I64, n: int) -> None:
+        self._faces = faces
+        corner = np.repeat(np.arange(len(faces)), 3)
+        self._sum = sp.csr_array(
+            (np.ones(3 * len(faces)), (faces.ravel(), corner)), shape=(n, len(faces))
+        )
+        ways = faces * np.int64(n) + np.roll(faces, -1, axis=1)
+        self.outward = len(np.unique(ways)) == ways.size
+
+    def at(self, x: F64) -> F64:
+        """Return the normals (n, 3) of positions x (n, 3); zero where no face has an area."""
+        a, b, c = (x[self._faces[:, k]] for k in range(3))
+        summed = self._sum @ np.cross(b - a, c - a)
+        length = np.linalg.norm(summed, axis=1, keepdims=True)
+        unit: F64 = np.divide(summed, length, out=np.zeros_like(summed), where=length > 0)
+        return unit

@@ -17,6 +17,7 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
 from engine.arrays import B1, F64, I64
 from engine.errors import SolveError
@@ -31,6 +32,9 @@ _BLOCK = 64
 # In the region's frame the softest clamped surface resists with about 1e3 M.
 _STILLNESS = 1e-4
 _LEAST_AREA = 1e-4
+# Where the surface grows stiffer towards the rim, and by how much at most.
+_SOFT = 0.4
+_STIFFEST = 1e3
 
 
 def cross_matrices(v: F64) -> F64:
@@ -139,6 +143,37 @@ def fit_weights(off_diagonal: F64, starts: I64) -> F64:
     return np.clip(w, 0.1 * mean, 10.0 * mean)
 
 
+def stiffening(stiffness: sp.csr_array, areas: F64, m: int, rows: I64) -> F64:
+    """Return how much stiffer than in the middle the surface is at each row, (r,), 1 or more.
+
+    It grows like one over the distance from the rim. What a clamped plate bends at its edge is
+    moment over stiffness, so the bend of a change fades out to nothing at the rim instead of being
+    the largest there: the change meets what is held in position, slope and curvature. For the
+    distance stands the smooth u with K u = M, u = 0 at the rim.
+
+    Parameters
+    ----------
+    stiffness, areas : K (n, n) and M (n,) of the rest shape, the region's m vertices first.
+    m : number of vertices that move.
+    rows : (r,) vertices of the region and its rim.
+    """
+    inner = sp.csr_array(stiffness[:m, :m])
+    parts, part = connected_components(inner, directed=False)
+    u = factorise(inner).solve(areas[:m])
+    highest = np.full(parts, 1e-300)
+    np.maximum.at(highest, part, u)
+    depth = np.zeros(len(areas))
+    depth[:m] = np.maximum(u / highest[part], 0.0)
+    # The rim's rows lie between the rim and the first ring inside.
+    ring = sp.csr_array(stiffness[rows][:, :m])
+    beside = np.bincount(
+        np.repeat(np.arange(len(rows)), np.diff(ring.indptr)), depth[ring.indices], len(rows)
+    )
+    halfway = beside / np.maximum(np.diff(ring.indptr), 1) / 2
+    own = np.where(rows < m, depth[rows], halfway)
+    return np.clip(_SOFT / np.maximum(own, 1e-300), 1.0, _STIFFEST)
+
+
 class Lse:
     """The LSE energy of a region's surface at rest, factorised without any anchor.
 
@@ -158,6 +193,9 @@ class Lse:
     -----
     K and M are those of the rest shape itself, not of the featured original: stiffness then
     spreads along the surface that is shaped, and no trace of the features shows in the change.
+
+    Departure: the sum of Eq. 7 is weighted by `stiffening`, for a surface that is as stiff
+    everywhere bends most where it is held, and the rim would show it.
     """
 
     def __init__(self, region: Region, surface: F64, own_metric: bool = True) -> None:
@@ -172,8 +210,10 @@ class Lse:
         self.stiffness = found.stiffness
         # The weight of a row is 1 / M: beside a sliver it would drown all others.
         self.areas = np.maximum(found.areas, _LEAST_AREA * float(found.areas.mean()))
+        self.give: F64 = self.areas.copy()
+        self.give[self.rows] /= stiffening(self.stiffness, self.areas, m, self.rows)
         turning = self.rows < m
-        A = lse_rows(self.positions, self.stiffness, self.areas, self.rows, turning, columns=m)
+        A = lse_rows(self.positions, self.stiffness, self.give, self.rows, turning, columns=m)
         # In blocks the product is three times as fast as entry by entry. A region that hangs on a
         # vertex or two may turn and swell about them for nothing; a trace of M settles it.
         still = np.repeat(_STILLNESS * self.areas[:m], 3)

@@ -74,7 +74,7 @@ class PatchDrag:
         self._k = parts.mode_count(level)
         self._rest = parts.surface(self._k)
         self._lse = lse = Lse(region, (self._rest - region.centre) / region.scale)
-        rows = lse_rows(lse.positions, lse.stiffness, lse.areas, lse.rows, lse.rows < m)
+        rows = lse_rows(lse.positions, lse.stiffness, lse.give, lse.rows, lse.rows < m)
         A = sp.csr_array(rows)
         self._free = sp.csr_array(A[:, : 3 * m].T)
         self._around = sp.csr_array(A[:, 3 * m :])
@@ -83,7 +83,7 @@ class PatchDrag:
         self._borders = borders[carried[lse.rows[borders] - m]]
         of = lse.rows[self._borders]
         bend = sp.csr_array(lse.stiffness[of]) @ lse.positions
-        self._bend: F64 = bend / np.sqrt(lse.areas[of])[:, None]
+        self._bend: F64 = bend / np.sqrt(lse.give[of])[:, None]
         self._rings = ring_products(lse.positions, lse.stiffness, np.arange(m))
         self._polish: Polish | None = None
 

@@ -30,6 +30,12 @@ def _bumps(mesh: Mesh, height: float, sharp: float = 30.0, seed: int = 3) -> np.
     return height * np.exp(-sharp * distance).sum(axis=1)
 
 
+def _placed(region: Region) -> np.ndarray:
+    """The base of K M^-1 K x = 0 in mesh units."""
+    placed: np.ndarray = smooth_base(region) * region.scale + region.centre
+    return placed
+
+
 def _disc(mesh: Mesh, radius: float) -> np.ndarray:
     return np.flatnonzero(np.linalg.norm(mesh.vertices[:, :2] - 0.5, axis=1) < radius)
 
@@ -96,6 +102,58 @@ def test_bumped_cylinder_comes_back_clean() -> None:
     assert _radial_error(base, plan, 0.3) < 0.5 * before
 
 
+def _tube(length: float, bump: float = 0.0, turns: int = 60) -> tuple[Mesh, np.ndarray]:
+    """Tube of radius 1 with irregular triangles and bumps; the region is `length` of it."""
+    rows = int(turns * (length + 3) / (2 * np.pi) * 1.1)
+    turn, z = (
+        a.ravel()
+        for a in np.meshgrid(
+            np.arange(turns) * 2 * np.pi / turns,
+            np.linspace(-1.5, length + 1.5, rows),
+            indexing="ij",
+        )
+    )
+    shaken = np.random.default_rng(0).uniform(-0.25, 0.25, (2, len(z)))
+    inner = (z > -1.45) & (z < length + 1.45)
+    turn, z = turn + shaken[0] * 2 * np.pi / turns * inner, z + shaken[1] * 0.1 * inner
+    radius = 1 + bump * np.sin(9 * turn) * np.sin(7 * z)
+    i, j = (a.ravel() for a in np.meshgrid(np.arange(turns), np.arange(rows - 1), indexing="ij"))
+    a, b = i * rows + j, (i + 1) % turns * rows + j
+    faces = np.concatenate([np.column_stack([a, b, b + 1]), np.column_stack([a, b + 1, a + 1])])
+    mesh = Mesh(np.column_stack([radius * np.cos(turn), radius * np.sin(turn), z]), faces)
+    return mesh, np.flatnonzero((z > 0) & (z < length))
+
+
+@pytest.mark.parametrize(("bump", "within"), [(0.0, 0.01), (0.05, 0.07)])
+@pytest.mark.parametrize("length", [3.0, 2 * np.pi, 12.0])
+def test_a_tube_stays_a_tube(length: float, bump: float, within: float) -> None:
+    mesh, roi = _tube(length, bump)
+    region = Region(mesh, roi)
+    flat_rule = _placed(region)
+    base = decompose(mesh, roi, modes=0).base
+    radius = np.hypot(base[:, 0], base[:, 1])
+    assert np.hypot(flat_rule[:, 0], flat_rule[:, 1]).min() < 0.9
+    assert np.abs(radius - 1).max() < within
+
+
+def test_a_deep_bowl_of_a_sphere_stays_round() -> None:
+    mesh = icosphere_like(6000, jitter=0.15)
+    roi = np.flatnonzero(mesh.vertices[:, 2] > -0.3)
+    radius = np.linalg.norm(decompose(mesh, roi, modes=0).base, axis=1)
+    flat_rule = np.linalg.norm(_placed(Region(mesh, roi)), axis=1)
+    assert flat_rule.min() < 0.8
+    assert np.abs(radius - 1).max() < 0.02
+
+
+def test_faces_wound_both_ways_have_the_plain_base() -> None:
+    mesh, roi = _tube(4.0)
+    faces = mesh.faces.copy()
+    faces[::7] = faces[::7][:, ::-1]
+    other = Mesh(mesh.vertices, faces)
+    base = decompose(other, roi, modes=0).base
+    assert np.abs(base - _placed(Region(other, roi))).max() < 1e-12
+
+
 def test_smooth_rule_is_closer_to_the_clean_surface_where_the_rim_crosses_bumps() -> None:
     mesh = flat(6400)
     waves = 0.02 * np.sin(40 * mesh.vertices[:, 0]) * np.sin(37 * mesh.vertices[:, 1])
@@ -145,7 +203,7 @@ def test_agrees_with_libigl_harmonic_of_order_two(shared_meshes: Path, name: str
     fixed = np.setdiff1d(np.arange(mesh.n), region.roi)
     # Both with the same K; libigl's own M is that of Voronoi areas, as ours.
     theirs = igl.harmonic(mesh.vertices, mesh.faces, fixed, mesh.vertices[fixed], 2)
-    ours = decompose(mesh, region.roi, modes=0).base
+    ours = _placed(region)
     assert np.abs(ours - theirs[region.roi]).max() < 1e-6 * region.scale
 
 

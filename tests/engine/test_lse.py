@@ -11,10 +11,11 @@ from engine.arap import Polish
 from engine.arrays import F64, I64
 from engine.condensed import Condensed
 from engine.handles import Handles, Responses, Rows
-from engine.lse import Lse, fit_weights, lse_rows
+from engine.lse import Lse, fit_weights, lse_rows, stiffening
 from engine.rectify import ring_products
 
 from .shapes import inner, plate, sphere, tube
+from .surfaces import flat
 
 
 def rows_of(mesh: Mesh) -> tuple[F64, I64]:
@@ -207,3 +208,46 @@ def test_polish_leaves_the_rest_shape_alone() -> None:
     rings = ring_products(lse.positions, lse.stiffness, np.arange(region.m))
     still = np.zeros((region.m, 3))
     assert np.abs(Polish(lse, rings, np.array([50, 51])).relax(still, 5)).max() < 1e-10
+
+
+def test_surface_is_stiffer_towards_its_rim_and_each_part_by_itself() -> None:
+    mesh = flat(2500)
+    middle = np.linalg.norm(mesh.vertices[:, :2] - [0.3, 0.5], axis=1)
+    other = np.linalg.norm(mesh.vertices[:, :2] - [0.8, 0.5], axis=1)
+    region = Region(mesh, np.flatnonzero((middle < 0.25) | (other < 0.12)))
+    lap = region.laplacian
+    near = np.arange(region.m + len(region.rim))
+    D = stiffening(lap.stiffness, lap.areas, region.m, near)
+    away = np.minimum(middle / 0.25, other / 0.12)[region.patch[: len(near)]]
+    assert (D >= 1).all()
+    for part in (middle, other):
+        inside = part[region.patch[: len(near)]] < 0.28
+        assert (D[inside & (away < 0.6)] == 1).all()
+        assert D[inside & (near >= region.m)].min() > 2
+    ring = np.argsort(away[: region.m])[-40:]
+    assert D[ring].mean() > D[: region.m].mean()
+
+
+def test_bend_of_a_change_fades_out_at_the_rim(monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = flat(3600)
+    distance = np.linalg.norm(mesh.vertices[:, :2] - 0.5, axis=1)
+    region = Region(mesh, np.flatnonzero(distance < 0.4))
+    from_middle = distance[region.patch]
+    halfway = (from_middle > 0.15) & (from_middle < 0.25)
+    pulled = int(np.argmin(distance[region.roi]))
+
+    def bend_at_rim() -> float:
+        """Bend at the rim beside that halfway to it, for a pull in the middle."""
+        lse = Lse(region, region.x[: region.m])
+        force = np.zeros(3 * region.m)
+        force[3 * pulled + 2] = 1.0
+        d = np.zeros((len(region.x), 3))
+        d[: region.m] = lse.factor.solve(force).reshape(-1, 3)
+        bend = np.abs((lse.stiffness @ d)[:, 2]) / lse.areas
+        at_rim = bend[region.m : region.m + len(region.rim)]
+        return float(np.median(at_rim) / np.median(bend[halfway]))
+
+    faded = bend_at_rim()
+    monkeypatch.setattr("engine.lse._SOFT", 0.0)
+    alike = bend_at_rim()
+    assert faded < 0.5 < 1.5 < alike
