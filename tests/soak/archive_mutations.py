@@ -18,6 +18,7 @@ import re
 import signal
 import sys
 import tempfile
+import warnings
 import zipfile
 from collections import Counter
 from collections.abc import Iterator
@@ -266,7 +267,9 @@ def run(count: int, seed: int, folder: Path) -> Tally:
         path.write_bytes(data)
         way = "accident" if accident else "intent"
         try:
-            with limited(SECONDS):
+            # Numbers beyond all measure are meant: what comes of them is looked at afterwards.
+            with limited(SECONDS), np.errstate(all="ignore"), warnings.catch_warnings():
+                warnings.simplefilter("ignore", RuntimeWarning)
                 outcome, fault = _opened(path, whole.state, accident, folder, known)
         except Exception as error:  # noqa: BLE001
             outcome, fault = "fault", f"raised {type(error).__name__}: {error}"
@@ -299,9 +302,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     folder = Path(tempfile.mkdtemp(prefix="eigenform-documents-"))
-    # Numbers beyond all measure are meant: what is made of them is looked at afterwards.
-    with np.errstate(all="ignore"):
-        tally = run(options.count, options.seed, folder)
+    tally = run(options.count, options.seed, folder)
     for outcome, number in sorted(tally.outcomes.items()):
         print(f"{outcome:40} {number:6}")
     print(f"{len(tally.faults)} faults (files in {folder})")
