@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,9 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.viewport.idimage import alone, bare, numbered, read
 from app.viewport.scene import Scene
+
+if TYPE_CHECKING:
+    from app.viewport.canvas import Canvas
 
 PAUSE_MS = 1  # between two turns: what waits in the window comes first
 
@@ -33,13 +36,25 @@ class Gradual(QObject):
     drawn = Signal()
     seen = Signal(object)
 
-    def __init__(self, parent: QObject, window: Any, renderer: Any, scene: Scene) -> None:
-        super().__init__(parent)
-        self._window, self._renderer, self._scene = window, renderer, scene
+    def __init__(self, canvas: Canvas) -> None:
+        super().__init__(canvas)
+        self._canvas = canvas
         self._turns: Iterator[None] = iter(())
         self._timer = QTimer(self)
         self._timer.setInterval(PAUSE_MS)
         self._timer.timeout.connect(self._turn)
+
+    @property
+    def _window(self) -> Any:
+        return self._canvas.render_window
+
+    @property
+    def _renderer(self) -> Any:
+        return self._canvas.renderer
+
+    @property
+    def _scene(self) -> Scene:
+        return self._canvas.scene
 
     @property
     def under_way(self) -> bool:

@@ -41,7 +41,6 @@ def capture(
     """
     if actor.GetMapper().GetInput().GetNumberOfCells() >= _MOST:
         return captured_by_selector(window, renderer, actor)
-    width, height = window.GetSize()
     window.MakeCurrent()
     with alone(renderer, [actor]), bare(window, renderer), numbered(actor):
         interactor = window.GetInteractor()

@@ -29,7 +29,7 @@ class Moving(Canvas):
 
     def __init__(self, parent: QWidget | None, theme: Theme = DARK) -> None:
         super().__init__(parent, theme)
-        self.gradual = Gradual(self, self.render_window, self.renderer, self.scene)
+        self.gradual = Gradual(self)
         self.gradual.drawn.connect(self._show_drawn)
         self._rest_timer = QTimer(self)
         self._rest_timer.setSingleShot(True)
