@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from PySide6.QtCore import QBuffer
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QFileDialog, QWidget
 
@@ -11,6 +12,9 @@ from app.recent import last_folder
 from app.seeing import PictureDialog, TraceBar, picture_file
 from app.session import Session
 from app.viewport import Viewport
+from engine import EngineError
+from engine.files.place import readable_size, write_file
+from engine.files.report import shown
 
 TRACES = "Pictures (*.png *.jpg *.jpeg *.bmp *.webp)"
 
@@ -36,12 +40,19 @@ class PictureFiles:
         """Write a picture of the form of `size` pixels, on nothing or on the ground."""
         image = self._viewport.render_image(size, transparent)
         target = path if path.suffix else path.with_suffix(".png")
-        if image.save(str(target)):
-            self._session.noticed.emit(f"Picture saved to {target.name}")
-        else:
+        buffer = QBuffer()
+        buffer.open(QBuffer.OpenModeFlag.WriteOnly)
+        if not image.save(buffer, target.suffix[1:].upper().encode("ascii", "replace").decode()):
             self._session.problems.say(
-                f"{target.name} could not be written. Choose another folder."
+                f"{shown(target.name)} names no kind of picture. Choose a name that ends in .png."
             )
+            return
+        try:
+            write_file(target, buffer.data().data())
+        except EngineError as error:
+            self._session.problems.report(error)
+            return
+        self._session.noticed.emit(f"Picture saved to {shown(target.name)}")
 
     def ask_trace(self) -> None:
         """Let the person choose a picture to trace; the same again takes it away."""
@@ -56,8 +67,16 @@ class PictureFiles:
 
     def trace(self, path: Path) -> None:
         """Lay the picture in a file over the form, to trace it."""
+        try:
+            # A pipe that is opened here would hold the window up for ever.
+            readable_size(path)
+        except EngineError as error:
+            self._session.problems.report(error)
+            return
         image = QImage(str(path))
         if image.isNull():
-            self._session.problems.say(f"{path.name} is not a picture. Choose a PNG or JPEG file.")
+            self._session.problems.say(
+                f"{shown(path.name)} is not a picture. Choose a PNG or JPEG file."
+            )
             return
         self._trace_bar.trace(image)

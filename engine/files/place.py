@@ -53,7 +53,10 @@ def write_file(target: Path, data: bytes) -> None:
         It could not be written; the message says why and what to do.
     """
     with beside(target, target.suffix) as part:
-        part.write_bytes(data)
+        with part.open("r+b") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
         put_in_place(part, target)
 
 

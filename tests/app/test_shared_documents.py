@@ -1,12 +1,15 @@
-"""Two windows on one document, and names that look like markup."""
+"""Two windows on one document, names that look like markup, pictures that are no files."""
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QLabel, QMessageBox
 
 from app.window import Window
@@ -77,3 +80,26 @@ def test_a_name_that_looks_like_markup_is_shown_as_it_is(
         assert question.textFormat() == Qt.TextFormat.PlainText
         question.reject()
     window.safety.leave()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pipes are of POSIX")
+def test_a_picture_is_written_whole_and_never_waited_for(
+    make_window: Callable[..., Window], sphere, qtbot, tmp_path: Path
+) -> None:
+    window = make_window(sphere)
+    problems, pictures = window.session.problems, window.picture_files
+    pipe = tmp_path / "pipe.png"
+    os.mkfifo(pipe)
+    pictures.trace(pipe)
+    assert "is not an ordinary file" in problems.sentence
+    pictures.save(pipe, (40, 30))
+    assert "is not an ordinary file" in problems.sentence
+    assert pipe.is_fifo()
+    pictures.save(tmp_path / "none" / "a.png", (40, 30))
+    assert "the folder is not there" in problems.sentence
+    pictures.save(tmp_path / "a.xyz", (40, 30))
+    assert "names no kind of picture" in problems.sentence
+    path = tmp_path / "line\nbreak.png"
+    pictures.save(path, (40, 30))
+    assert QImage(str(path)).width() == 40
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["line\nbreak.png", "pipe.png"]
