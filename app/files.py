@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject, Signal
 
 import engine
 from app.session import Session
+from app.viewport.heavy import prepare
 from engine import Document, EngineError, Imported, Run
 from engine.archive import DOCUMENT_SUFFIX, Archive, open_archive
 from engine.files.place import write_file
@@ -50,7 +51,11 @@ class Files(QObject):
 
         def work(run: Run) -> Any:
             needed = 0 if sure else engine.estimate(path)
-            return needed if is_heavy(needed) else engine.open_file(path, run=run)
+            if is_heavy(needed):
+                return needed
+            found = engine.open_file(path, run=run)
+            prepare(found.mesh)
+            return found
 
         def done(found: Any) -> None:
             if isinstance(found, int):
@@ -74,13 +79,12 @@ class Files(QObject):
             if archive.report:
                 self._session.problems.say(" ".join(archive.report))
 
-        self._session.jobs.submit(
-            CHANNEL,
-            lambda run: open_archive(path, kinds(), run),
-            done,
-            self._session.problems.report,
-            priority=1,
-        )
+        def work(run: Run) -> Archive:
+            archive = open_archive(path, kinds(), run)
+            prepare(archive.history.current.mesh)
+            return archive
+
+        self._session.jobs.submit(CHANNEL, work, done, self._session.problems.report, priority=1)
 
     def export(self, path: Path) -> None:
         """Write the mesh as it is after the steps applied so far, in the background."""

@@ -12,7 +12,8 @@ from PySide6.QtCore import QObject, Signal
 
 import engine
 from app.jobs import Jobs
-from engine import Document, SketchEdit, Step, StepError
+from app.viewport.heavy import prepare
+from engine import Document, Mesh, Run, SketchEdit, Step, StepError
 
 HUNG = 10.0  # seconds without a sign after which a step that does not stop is to blame
 
@@ -89,7 +90,7 @@ class Stepping(QObject):
         ours = isinstance(step, SketchEdit)
         self._jobs.submit(
             channel,
-            lambda run: engine.applied(step, document.mesh, run),
+            lambda run: _computed(step, document.mesh, run),
             done,
             failed,
             priority=priority,
@@ -113,3 +114,11 @@ class Stepping(QObject):
         else:
             self.misbehaved.emit(step, "did not stop when it was told to", False)
         self.gave_up.emit()
+
+
+def _computed(step: Step, mesh: Mesh, run: Run) -> Mesh:
+    """Return what a step makes of a mesh, ready to be shown."""
+    result = engine.applied(step, mesh, run)
+    if result.faces is not mesh.faces:
+        prepare(result)
+    return result

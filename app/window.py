@@ -120,6 +120,7 @@ class Window(QMainWindow):
         host.context.said.connect(self.hint.set_said)
         self.viewport.pointer.connect(host.pointer)
         self.viewport.cancelled.connect(host.cancel)
+        self.viewport.selecting.connect(lambda on: self.hint.set_said("Selecting…" if on else ""))
         self.viewport.alt_scrolled.connect(self._level_by_wheel)
         self.edit.apply_asked.connect(host.enter)
         self.edit.plane_pointed.connect(self.stage.point_out_plane)
