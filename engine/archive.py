@@ -41,7 +41,15 @@ from engine.files.place import (
 from engine.files.report import shown
 from engine.mesh import Mesh
 from engine.npy import npy_array, npy_header
-from engine.packing import Packer, Unpacker, array_key, history_state, readable_moments, redo_links
+from engine.packing import (
+    Packer,
+    Unpacker,
+    array_key,
+    history_state,
+    json_bytes,
+    readable_moments,
+    redo_links,
+)
 from engine.recipe import Kinds
 from engine.run import Run
 
@@ -124,7 +132,7 @@ def save_archive(
         **tables,
         "arrays": {key: [a.dtype.str, list(a.shape)] for key, a in arrays.items()},
     }
-    text = json.dumps(manifest, allow_nan=False, ensure_ascii=False).encode()
+    text = json_bytes(manifest)
     if len(text) > MANIFEST_LIMIT:
         raise FileError("The history is too long to be saved. Save one of its states as a mesh.")
     kept = {i: png for i, png in (pictures or {}).items() if i in state.moments}

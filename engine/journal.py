@@ -28,6 +28,7 @@ from engine.packing import (
     Unpacker,
     array_key,
     history_state,
+    json_bytes,
     readable_moments,
     redo_links,
 )
@@ -167,8 +168,7 @@ class Journal:
         self._append({"event": "entry", "table": table, "key": key, "entry": entry})
 
     def _append(self, event: dict[str, Any]) -> None:
-        text = json.dumps(event, allow_nan=False, ensure_ascii=False)
-        self._record(_JSON, text.encode())
+        self._record(_JSON, json_bytes(event))
 
     def _record(self, kind: int, payload: bytes) -> None:
         try:

@@ -46,6 +46,14 @@ def stored_form(array: NDArray[Any]) -> NDArray[Any]:
     return np.ascontiguousarray(array, dtype={"f": "<f8", "b": "|b1"}[kind])
 
 
+def json_bytes(data: Any) -> bytes:
+    """Return JSON data as bytes that `json.loads` reads.
+
+    A file's name may hold bytes that are no text; Python keeps them as surrogates, and so do these.
+    """
+    return json.dumps(data, allow_nan=False, ensure_ascii=False).encode("utf-8", "surrogatepass")
+
+
 def array_key(array: NDArray[Any]) -> str:
     """Return the SHA-256 of a stored array's type, shape and bytes, 64 hexadecimal digits."""
     digest = hashlib.sha256(f"{array.dtype.str}{array.shape}".encode())

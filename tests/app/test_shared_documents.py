@@ -13,6 +13,7 @@ from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QLabel, QMessageBox
 
 from app.window import Window
+from engine import save
 from engine.archive import open_archive
 from plugins.registry import kinds
 from tests.app.driving import settled
@@ -103,3 +104,34 @@ def test_a_picture_is_written_whole_and_never_waited_for(
     pictures.save(path, (40, 30))
     assert QImage(str(path)).width() == 40
     assert sorted(p.name for p in tmp_path.iterdir()) == ["line\nbreak.png", "pipe.png"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names are bytes there")
+@pytest.mark.parametrize("name", [b"\xff\xfe\x80 caf\xe9", "line\nbreak, käfer".encode()])
+def test_a_name_of_any_bytes_goes_through_the_window(
+    name: bytes, make_window: Callable[..., Window], sphere, qtbot, tmp_path: Path
+) -> None:
+    window = make_window()
+    window.keep_safe(tmp_path / "state")
+    folder = tmp_path / os.fsdecode(name)
+    folder.mkdir()
+    path = folder / os.fsdecode(name + b".obj")
+    save(sphere, path)
+    with qtbot.waitSignal(window.session.opened, timeout=30_000):
+        window.files.open(path)
+    session = window.session
+    session.change(session.document.with_region("part", sphere.faces[0]), "Region")
+    assert window.safety.autosave.flush()
+    document = path.with_suffix(".eigenform")
+    with qtbot.waitSignal(window.documents.saved):
+        window.documents.save_to(document)
+    with qtbot.waitSignal(window.files.unpacked):
+        window.files.open(document)
+    qtbot.waitUntil(settled(window), timeout=30_000)
+    assert session.document.name == path.name
+    with qtbot.waitSignal(session.noticed):
+        window.files.export(folder / os.fsdecode(name + b".ply"))
+    assert session.problems.sentence == ""
+    (found,) = (tmp_path / "state" / "journals").iterdir()
+    assert found.stat().st_size > 1000
+    window.safety.leave()

@@ -86,6 +86,13 @@ def test_everything_comes_back_to_the_last_bit(whole: tuple[bytes, str], tmp_pat
     assert path.read_bytes() == whole[0], "the same document gives the same bytes"
 
 
+def test_a_name_of_any_bytes_comes_back(tmp_path: Path) -> None:
+    name = os.fsdecode(b"\xff\xfe caf\xe9.obj")
+    path = tmp_path / "a.eigenform"
+    save_archive(path, History(Document.open(grid(), name)).state())
+    assert open_archive(path, KINDS).state.current.name == name
+
+
 def test_history_goes_on_after_opening(whole: tuple[bytes, str], tmp_path: Path) -> None:
     path = tmp_path / "a.eigenform"
     path.write_bytes(whole[0])
