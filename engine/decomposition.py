@@ -14,17 +14,20 @@ from numpy.typing import ArrayLike
 from engine.arrays import F64
 from engine.base import Rim, base_shape
 from engine.detail import CHUNK, Anchor, Decomposition
-from engine.errors import EngineError
+from engine.errors import EngineError, RegionError, SolveError
 from engine.lanczos import shift_at
 from engine.level import Curve, cutoff_curvature, next_knot
 from engine.lowpass import lowpass
 from engine.mesh import Mesh
 from engine.region import Region
 from engine.run import Run
+from engine.slicing import FIRST_COUNT
 from engine.solve import factorise
 from engine.spectrum import DENSE_LIMIT, bands
 from engine.threads import two_at_a_time, while_polling
 
+# A region's size whose square and curvature still are numbers.
+SMALLEST = 1e-100
 # Cutoffs of the low-passed surfaces beyond the modes: this factor apart in lambda.
 REST_RATIO = 1.5
 # The last of them holds at least this share of all modes.
@@ -57,7 +60,9 @@ def decompose_stream(
 
     Notes
     -----
-    Every item shares its arrays with the next and is a prefix of it to the last bit.
+    Every item shares its arrays with the next and is a prefix of it to the last bit. Where a mesh
+    is so broken that modes beyond some number cannot be computed, that number is kept, the report
+    says so, and low-passed surfaces carry on.
     """
     run = run or Run()
     if rim not in ("smooth", "paper"):
@@ -74,14 +79,22 @@ def decompose_stream(
     if wanted == 0:
         return
     go_on = modes is None and wanted < m
-    for richer in with_modes(parts, wanted, run):
-        parts = replace(richer, complete=richer.k >= wanted and not go_on)
-        run.tick(0.02 + 0.88 * parts.k / wanted, f"{parts.k} of {wanted} modes")
-        yield parts
-    if go_on:
+    try:
+        for richer in with_modes(parts, wanted, run):
+            parts = replace(richer, complete=richer.k >= wanted and not go_on)
+            run.tick(0.02 + 0.88 * parts.k / wanted, f"{parts.k} of {wanted} modes")
+            yield parts
+    except SolveError:
+        parts, go_on = with_fewer(parts, wanted), True
+    if not go_on:
+        return
+    try:
         for finer in with_rest(parts, run):
-            run.tick(0.9 + 0.1 * finer.rest[-1].count / m if finer.rest else 1.0, "Finest details")
-            yield finer
+            parts = finer
+            run.tick(0.9 + 0.1 * parts.rest[-1].count / m if parts.rest else 1.0, "Finest details")
+            yield parts
+    except SolveError:
+        yield finished(parts)
 
 
 def decompose(
@@ -117,6 +130,11 @@ def default_modes(m: int) -> int:
 def with_base(region: Region, rim: Rim) -> Decomposition:
     """Return the decomposition that has a base shape and no modes (Eqs. 9-11)."""
     m, s = region.m, region.scale
+    if not SMALLEST < s < 1 / SMALLEST:
+        raise RegionError(
+            f"The region measures {s:.0e} units across, and nothing can be computed with its area. "
+            "Scale the model to a usual size first."
+        )
     k, areas = region.stiffness_roi, region.areas_roi
     with ThreadPoolExecutor(1, thread_name_prefix="engine") as beside:
         factor_job = beside.submit(factorise, k)
@@ -208,6 +226,22 @@ def _extended(parts: Decomposition, wanted: int) -> Curve:
     return parts.curve.with_knots(knots, cutoffs)
 
 
+def with_fewer(parts: Decomposition, wanted: int) -> Decomposition:
+    """Return the decomposition with the modes that it has for all that can be computed."""
+    told = (
+        f"Only {parts.k} of {wanted} modes can be computed here; beyond them the level of detail "
+        "goes in coarser steps."
+    )
+    return replace(parts, curve=_extended(parts, parts.k), report=f"{parts.report} {told}".strip())
+
+
+def finished(parts: Decomposition) -> Decomposition:
+    """Return the decomposition with its slider closed: from what is known straight to level 1."""
+    if parts.curve.knots[-1] < parts.m:
+        parts = replace(parts, curve=parts.curve.with_knots([parts.m], [parts.curve.full]))
+    return replace(parts, complete=True)
+
+
 def with_rest(parts: Decomposition, run: Run) -> Iterator[Decomposition]:
     """Yield the decomposition with low-passed surfaces beyond its modes, coarse to fine."""
     region, scale = parts.region, parts.region.scale
@@ -217,7 +251,8 @@ def with_rest(parts: Decomposition, run: Run) -> Iterator[Decomposition]:
     held = parts.delta(parts.k)
     left = root[:, None] * (parts.delta_base + parts.delta_residual - held)
     surface = parts.surface(parts.k)
-    first = float(parts.eigenvalues[-1]) * scale**2
+    # Without any mode Weyl's law says where about as many lie as a first band has.
+    first = float(parts.eigenvalues[-1]) * scale**2 if parts.k else weyl(FIRST_COUNT, region)
     cutoffs = (first * REST_RATIO**i for i in count(1))
 
     def filtered(mu: float) -> tuple[float, int, F64]:
@@ -230,8 +265,12 @@ def with_rest(parts: Decomposition, run: Run) -> Iterator[Decomposition]:
             yield parts
         if held_modes >= REST_SHARE * parts.m:
             break
-    whole = parts.curve.with_knots([parts.m], [parts.curve.full])
-    yield replace(parts, curve=whole, complete=True)
+    yield finished(parts)
+
+
+def weyl(count: int, region: Region) -> float:
+    """Return the eigenvalue below which about `count` others lie, in the region's frame."""
+    return 4 * np.pi * count / float(region.areas_roi.sum())
 
 
 def _with_anchor(

@@ -28,9 +28,13 @@ OVERLAP = 3
 # How much a shift may hold more than it was meant to, before one is put nearer.
 SLACK = 1.6
 SAME = 1e-7
+ROUNDING = 1e-14
 # Vectors advanced together: eigenvalues of up to that multiplicity are found at once.
 BLOCK = 4
 WIDEST_BLOCK = 24
+# New searches for what is missing between two shifts, and how many may find nothing in a row.
+MOST_ATTEMPTS = 100
+MOST_BARREN = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,14 +224,17 @@ def complete(
     # Nothing outside is nearer to the middle than what is missing inside.
     middle = shift_at(s, edge.value + 0.5 * (shift.value - edge.value))
     values, rows = _rayleigh_ritz(s, known, edge.value, shift.value)
-    for attempt in range(1, 100):
+    barren = 0
+    for attempt in range(1, MOST_ATTEMPTS):
         missing = gap - len(values)
-        if missing <= 0:
+        if missing <= 0 or barren == MOST_BARREN:
             break
         wide = min(max(missing, block), WIDEST_BLOCK)
         found = pairs_near(middle, wide, wide, wide, run, attempt, rows)
         more = np.concatenate([found.vectors_below, found.vectors_above])
+        had = len(values)
         values, rows = _rayleigh_ritz(s, np.concatenate([rows, more]), edge.value, shift.value)
+        barren = 0 if len(values) > had else barren + 1
     if len(values) != gap:
         raise SolveError(
             "The vibration modes of this region cannot be computed without a gap. "
@@ -246,7 +253,9 @@ def _rayleigh_ritz(s: sp.csr_array, rows: F64, low: float, high: float) -> tuple
     values, y = np.linalg.eigh(basis @ (s @ basis.T))
     vectors = y.T @ basis
     left = np.linalg.norm((s @ vectors.T).T - values[:, None] * vectors, axis=1)
-    good = (left <= 1e-7 * values) & (values > low) & (values < high)
+    # S v itself is not known better than this: beside slivers S is large and lambda is not.
+    rounding = np.linalg.norm((abs(s) @ np.abs(vectors.T)).T, axis=1) * ROUNDING
+    good = (left <= 1e-7 * values + rounding) & (values > low) & (values < high)
     return values[good], vectors[good]
 
 

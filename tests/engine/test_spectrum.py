@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import lapy
@@ -15,6 +16,8 @@ from scipy.special import jn_zeros
 
 from engine import Cancelled, Mesh, Region, Run, decompose, decompose_stream
 from engine import spectrum as spectrum_module
+from engine.arrays import F64
+from engine.errors import RegionError, SolveError
 from engine.slicing import sliced
 from engine.spectrum import bands
 from tests.engine.surfaces import ball, flat, icosphere_like, interior, real
@@ -222,3 +225,41 @@ def test_too_many_modes_of_a_large_region_are_refused(monkeypatch: pytest.Monkey
     mesh = icosphere_like(4000)
     with pytest.raises(Exception, match=r"out of reach\. Ask for at most"):
         decompose(mesh, ball(mesh, 2500), modes=2500)
+
+
+@pytest.mark.parametrize("bands_done", [0, 1])
+def test_where_modes_fail_there_are_fewer_and_the_slider_is_whole(
+    bands_done: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mesh = flat(2500)
+    mesh = mesh.with_vertices(
+        mesh.vertices + np.outer(0.01 * np.sin(40 * mesh.vertices[:, 0]), [0.0, 0.0, 1.0])
+    )
+
+    def failing(*given: object) -> Iterator[tuple[F64, F64]]:
+        for i, band in enumerate(bands(*given)):
+            if i == bands_done:
+                raise SolveError("A band is missing. Clean the mesh.")
+            yield band
+
+    whole = decompose(mesh, interior(mesh))
+    monkeypatch.setattr("engine.decomposition.bands", failing)
+    parts = decompose(mesh, interior(mesh))
+    assert (parts.k > 0) == (bands_done > 0)
+    assert f"Only {parts.k} of {whole.k} modes" in parts.report
+    assert np.array_equal(parts.eigenvalues, whole.eigenvalues[: parts.k])
+    assert parts.complete
+    assert parts.surface(parts.m) is parts.original
+    levels = np.linspace(0, 1, 30)
+    counts = [parts.mode_count(level) for level in levels]
+    assert counts == sorted(counts)
+    errors = [np.linalg.norm(parts.surface(k) - parts.original) for k in counts]
+    assert errors[-1] == 0.0
+    assert errors[15] < 0.7 * errors[0]
+
+
+def test_size_whose_area_underflows_is_refused() -> None:
+    mesh = flat(100)
+    tiny = Mesh(1e-200 * mesh.vertices, mesh.faces)
+    with pytest.raises(RegionError, match="Scale the model"):
+        decompose(tiny, interior(tiny))
