@@ -13,15 +13,18 @@ from PySide6.QtWidgets import (
     QLabel,
     QPushButton,
     QSlider,
+    QSpinBox,
     QVBoxLayout,
     QWidget,
 )
 
 from app.look import Theme
+from app.panels.panel import plain_number
 from app.session import Session
 from app.viewport import Viewport
 from engine import Document, EngineError, Moment
-from plugins.morph import MorphStep, morph_between
+from engine.morph import FORM_MODES
+from plugins.morph import MOST_MODES, MorphStep, morph_between
 
 MARGIN = 12
 SLIDES = 100
@@ -39,10 +42,13 @@ class Header(QFrame):
         )
         self._words = QLabel(self)
         self._words.setStyleSheet("font-weight: 600;")
-        self._row = QHBoxLayout(self)
-        self._row.setContentsMargins(12, 6, 12, 6)
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(12, 6, 12, 6)
+        self._column.setSpacing(4)
+        self._row = QHBoxLayout()
         self._row.setSpacing(8)
         self._row.addWidget(self._words)
+        self._column.addLayout(self._row)
         self.move(MARGIN, MARGIN)
         self.hide()
 
@@ -78,6 +84,20 @@ class MorphBar(Header):
         self.form = self._slider("Form", "How much of this variant's form the current one takes on")
         self.detail = self._slider("Detail", "How much of this variant's detail it takes on")
         self.add("Keep", "Make what you see a step", self.kept.emit)
+        self.modes = QSpinBox(self)
+        self.modes.setRange(1, MOST_MODES)
+        self.modes.setValue(FORM_MODES)
+        self.modes.setSuffix(" modes")
+        self.modes.setToolTip("With more of them finer features count as form; the rest is detail")
+        self.modes.setAccessibleName("What counts as form")
+        plain_number(self.modes)
+        self.modes.valueChanged.connect(lambda _value: self.moved.emit())
+        below = QHBoxLayout()
+        below.setSpacing(8)
+        below.addWidget(QLabel("What counts as form", self))
+        below.addWidget(self.modes)
+        below.addStretch(1)
+        self._column.addLayout(below)
         self.clear()
 
     @property
@@ -220,7 +240,9 @@ class Compare(QWidget):
 
     def _wanted(self) -> MorphStep | None:
         form, detail = self.morph.shares
-        return None if self._step is None else replace(self._step, form=form, detail=detail)
+        if self._step is None:
+            return None
+        return replace(self._step, form=form, detail=detail, modes=self.morph.modes.value())
 
     def _preview(self) -> None:
         wanted = self._wanted()

@@ -13,6 +13,7 @@ def level(stage: Stage) -> None:
     panel = stage.window.level
     stage.open("drill")
     stage.stroke(stage.shares(GRIP, closed=True))
+    stage.key("region.smooth")
     stage.modes(200)
     stage.press(Qt.Key.Key_F)
     stage.rest()

@@ -52,6 +52,7 @@ def symmetric(stage: Stage) -> None:
     stage.press(Qt.Key.Key_Y)
     stage.until(lambda: stage.window.session.document.draft.options.mirror)
     stage.rest()
+    stage.keep_canvas("region-plane")
     stage.stroke(stage.shares(RIBS, closed=True))
     stage.rest()
     stage.stroke(stage.shares(RIB))
