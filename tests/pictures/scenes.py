@@ -33,7 +33,7 @@ SCENES: dict[str, Scene] = {
         ("1-open", "2-circle", "3-level", "4-source", "5-target", "6-applied"),
     ),
     "region": Scene(region.region, ("region-brush", "region-name", "region-menu")),
-    "symmetric": Scene(region.symmetric, ("region-symmetric",)),
+    "symmetric": Scene(region.symmetric, ("region-plane", "region-symmetric")),
     "level": Scene(level.level, ("level-panel", "level-feature", "level-modes")),
     "pen": Scene(sketching.pen, ("sketch-source", "sketch-drag")),
     "several": Scene(sketching.several, ("sketch-several",)),
