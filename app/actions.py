@@ -151,6 +151,8 @@ class Actions(QObject):
         qt.setObjectName(action.id)
         qt.setAutoRepeat(action.repeats)
         qt.setCheckable(action.checked is not None)
+        # In a menu an icon would stand where the tick does.
+        qt.setIconVisibleInMenu(action.checked is None)
         qt.triggered.connect(lambda _checked=False: action.callback())
         if action.scope == "canvas":
             qt.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)

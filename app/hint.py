@@ -37,6 +37,7 @@ class HintLine(QFrame):
         self._theme: Theme | None = None
         self._looks: tuple[Theme, str, str] | None = None
         self.problem = self.said = self.notice = self.hint = ""
+        self._done = True
         self._fade = QTimer(self)
         self._fade.setSingleShot(True)
         self._fade.timeout.connect(lambda: self.set_notice(""))
@@ -57,9 +58,9 @@ class HintLine(QFrame):
         self.said = text
         self._show()
 
-    def set_notice(self, text: str) -> None:
-        """Show for a few seconds that something is done."""
-        self.notice = text
+    def set_notice(self, text: str, done: bool = True) -> None:
+        """Show for a few seconds that something is done, or why it is not."""
+        self.notice, self._done = text, done
         if text:
             self._fade.start(int(NOTICE_SECONDS * 1000))
         self._show()
@@ -93,7 +94,7 @@ class HintLine(QFrame):
         edge = ERROR if bad else theme.border
         name = "mdi6.alert-circle-outline" if bad else "mdi6.lightbulb-on-outline"
         if not bad and self.notice and not self.said:
-            name = "mdi6.check"
+            name = "mdi6.check" if self._done else "mdi6.information-outline"
         if (theme, text, name) == self._looks:
             return
         # A gesture sets the same words several times over; styling them anew takes milliseconds.

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QRectF, Qt
-from PySide6.QtGui import QImage
+from PySide6.QtGui import QIcon, QImage
 from PySide6.QtWidgets import (
     QCheckBox,
     QDialog,
@@ -23,6 +24,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.actions import Action, with_document
+from app.panels.panel import GRID, plain_number
 from engine import Document
 
 if TYPE_CHECKING:
@@ -48,7 +50,7 @@ def seeing(window: Window) -> list[Action]:
     def occlusion() -> None:
         wanted = not viewport.renderer.GetUseSSAO()
         if viewport.set_occlusion(wanted) != wanted:
-            window.hint.set_notice("Ambient occlusion needs a graphics card")
+            window.hint.set_notice("Ambient occlusion needs a graphics card", done=False)
         window.refresh()
 
     def keep() -> None:
@@ -64,7 +66,7 @@ def seeing(window: Window) -> list[Action]:
     return [
         Action("view.base", "Base alone",
                lambda: window.stage.show_base(not window.stage.base_alone), ("Shift+B",),
-               "mdi6.circle-outline", lambda _document: window.session.decomposition is not None,
+               "", lambda _document: window.session.decomposition is not None,
                menu, checked=lambda: window.stage.base_alone),
         Action("view.occlusion", "Ambient occlusion", occlusion, ("A",), "", with_document, menu,
                checked=lambda: bool(viewport.renderer.GetUseSSAO())),
@@ -118,18 +120,30 @@ class PictureDialog(QDialog):
         self.width_box = QSpinBox(self)
         self.width_box.setRange(64, LARGEST_PICTURE)
         self.width_box.setSuffix(" px")
+        plain_number(self.width_box)
+        self.width_box.setKeyboardTracking(True)  # the height follows every digit
         self.height_label = QLabel(self)
+        self.height_label.setContentsMargins(9, 0, 0, 0)  # under the digits of the width
         self.transparent = QCheckBox("Transparent background", self)
         self.transparent.setChecked(True)
         form = QFormLayout(self)
-        form.addRow("Width", self.width_box)
+        form.setContentsMargins(2 * GRID, 2 * GRID, 2 * GRID, 2 * GRID)
+        form.setHorizontalSpacing(2 * GRID)
+        form.setVerticalSpacing(GRID + GRID // 2)
+        width_label = QLabel("Width", self)
+        width_label.setBuddy(self.width_box)
+        width_label.setMinimumHeight(self.width_box.minimumHeight())  # on the digits' line
+        form.addRow(width_label, self.width_box)
         form.addRow("Height", self.height_label)
         form.addRow(self.transparent)
         kinds = QDialogButtonBox.StandardButton
         buttons = QDialogButtonBox(kinds.Save | kinds.Cancel, self)
+        for button in buttons.buttons():
+            button.setIcon(QIcon())
         buttons.accepted.connect(self.accept)
         buttons.rejected.connect(self.reject)
         form.addRow(buttons)
+        self.setMinimumWidth(320)
         self.width_box.valueChanged.connect(self._show_height)
         self.width_box.setValue(min(LARGEST_PICTURE, 2 * viewport.width()))
         self._show_height()
@@ -215,33 +229,44 @@ class TraceBar(QFrame):
 
 
 UNIT_WORDS = {"mm": "millimetre", "cm": "centimetre", "m": "metre", "in": "inch"}
+A_UNIT = {"mm": "a millimetre", "cm": "a centimetre", "m": "a metre", "in": "an inch"}
 USUAL_MM = (8.0, 4000.0)
 IN_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
 
 
 def likely_unit(document: Document) -> str | None:
-    """Return the unit that gives the model a usual size, or None when millimetres do.
+    """Return the unit that gives the model a usual size, or None when the present one does.
 
-    A product is between 8 mm and 4 m across; of the units that make it so, the smallest is
-    the likeliest.
+    A product is between 8 mm and 4 m across; of the metric units that make it so, the one that
+    brings it nearest to the middle of that is the likeliest. Inches are chosen, never guessed.
     """
     size = document.mesh.diagonal
     low, high = USUAL_MM
     if low <= size * IN_MM[document.unit] <= high:
         return None
-    for unit in ("mm", "cm", "in", "m"):
-        if low <= size * IN_MM[unit] <= high:
-            return unit
-    return None
+    sizes = {unit: size * IN_MM[unit] for unit in ("mm", "cm", "m")}
+    usual = [unit for unit, mm in sizes.items() if low <= mm <= high]
+    middle = math.log(low * high) / 2
+    return min(usual, key=lambda unit: abs(math.log(sizes[unit]) - middle), default=None)
+
+
+def _sides(document: Document) -> str:
+    low, high = document.mesh.bounds
+    return " × ".join(f"{side:.3g}" for side in high - low)
+
+
+def size_words(document: Document) -> str:
+    """Return the sentence that tells how large a model is."""
+    return f"It measures {_sides(document)} {document.unit}."
 
 
 def unit_question(document: Document) -> str:
-    """Return the sentence that shows a model's size in the present and the likely unit."""
-    low, high = document.mesh.bounds
-    sides = " × ".join(f"{side:.3g}" for side in high - low)
-    word = UNIT_WORDS[document.unit]
-    article = "an" if word[0] in "aeiou" else "a"
-    return f"The model measures {sides}. Is one unit of the file {article} {word}?"
+    """Return the sentences that show a model's size, guess its unit and ask for it."""
+    likely, taken = likely_unit(document) or document.unit, document.unit
+    return (
+        f"It measures {_sides(document)}. One unit is more likely {A_UNIT[likely]} than "
+        f"{A_UNIT[taken]}. Which is it?"
+    )
 
 
 def picture_file(parent: QWidget, folder: str) -> Path | None:

@@ -298,7 +298,7 @@ def _on_outline(context: Context, path: F64, roi: I64, closed: bool) -> I64 | No
 def _is_closed(path: F64) -> bool:
     """Whether a path (p, 2) comes back to its start."""
     gap = float(np.linalg.norm(path[-1] - path[0]))
-    return gap <= CLOSES and lengths(path)[-1] > 8 * CLOSES
+    return gap <= CLOSES and bool(lengths(path)[-1] > 8 * CLOSES)
 
 
 def _weights(seen: F64, path: F64, pressures: F64) -> F64:

@@ -126,7 +126,8 @@ def test_v_flips_between_two_steps(window: Window, qtbot) -> None:
 
 
 @pytest.mark.parametrize(
-    ("size", "unit"), [(0.2, "m"), (2.0, "cm"), (100.0, None), (3000.0, None), (1e-4, None)]
+    ("size", "unit"),
+    [(0.2, "m"), (0.4, "m"), (2.0, "cm"), (100.0, None), (3000.0, None), (1e-4, None)],
 )
 def test_an_odd_size_suggests_another_unit(sphere: Mesh, size: float, unit: str | None) -> None:
     scaled = sphere.with_vertices(sphere.vertices * size / sphere.diagonal)
@@ -136,7 +137,7 @@ def test_an_odd_size_suggests_another_unit(sphere: Mesh, size: float, unit: str 
 def test_the_unit_is_asked_for_when_the_size_is_odd(make_window, qtbot, sphere: Mesh) -> None:
     window = make_window(sphere.with_vertices(sphere.vertices / 1000))
     assert window.plate.isVisible()
-    assert "one unit" in window.plate.text
+    assert "One unit is more likely a metre than a millimetre" in window.plate.text
     qtbot.mouseClick(window.plate.buttons["Metre"], Qt.MouseButton.LeftButton)
     assert window.session.document.unit == "m"
     assert not window.plate.isVisible()
