@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from engine.arrays import F64
 
@@ -19,6 +19,16 @@ FIELD_OF_VIEW = 28.0
 HALF_STEEPNESS = math.tan(math.radians(FIELD_OF_VIEW / 2))
 _FARTHEST = 1e6
 _NEAREST = 1e-5
+
+
+def box(points: NDArray[Any]) -> tuple[F64, F64]:
+    """Return the lowest and the highest corner of the box about `points` (p, 3).
+
+    Column by column: along the long axis numpy takes twenty times as long.
+    """
+    columns = [points[:, k] for k in range(3)]
+    low, high = ([float(f(c)) for c in columns] for f in (np.min, np.max))
+    return np.array(low), np.array(high)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,14 +117,14 @@ class Eye:
         scale = distance / self.distance
         return replace(self, distance=distance, centre=p + scale * (self.centre - p))
 
-    def framing(self, points: F64, aspect: float, margin: float = 1.12) -> Eye:
+    def framing(self, points: NDArray[Any], aspect: float, margin: float = 1.12) -> Eye:
         """Return the eye in the same direction with `points` (p, 3) filling the picture.
 
         Parameters
         ----------
         aspect : width over height of the viewport.
         """
-        low, high = points.min(axis=0), points.max(axis=0)
+        low, high = box(points)
         corners = np.array(
             [
                 [x, y, z]

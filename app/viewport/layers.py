@@ -102,7 +102,7 @@ class Layers(Inking):
 
     def ghost(self, positions: ArrayLike | None) -> None:
         """Show other positions (n, 3) of the same mesh, translucent, where they differ."""
-        if self.scene.set_ghost(positions):
+        if self.scene.set_ghost(positions, self._vertices):
             self.update()
 
     def set_pins(self, points: ArrayLike | None) -> None:

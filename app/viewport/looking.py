@@ -82,7 +82,7 @@ class Looking(Moving):
         if self.scene.surface is not None:
             points = self.scene.surface.positions
             chosen = points if ids is None or len(ids) == 0 else points[ids]
-            self.navigation.frame(chosen.astype(np.float64), animate)
+            self.navigation.frame(chosen, animate)
 
     @property
     def perspective(self) -> bool:

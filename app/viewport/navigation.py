@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QElapsedTimer, QObject, Qt, QTimer, Signal
 from vtkmodules.vtkCommonCore import vtkFloatArray
 
@@ -82,7 +83,7 @@ class Navigation(QObject):
         azimuth, elevation = _direction(name)
         self.look(replace(self._goal, azimuth=azimuth, elevation=elevation), animate)
 
-    def frame(self, points: F64, animate: bool = True) -> None:
+    def frame(self, points: NDArray[Any], animate: bool = True) -> None:
         """Bring `points` (p, 3), scene units, into the picture."""
         width, height = self._viewport.device_size()
         self.look(self._goal.framing(points, width / height), animate)

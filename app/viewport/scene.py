@@ -11,58 +11,24 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from app.look import DARK, PIN, REGION, RIM, ROLE_COLOURS, Theme, rgb, rgb8
+from app.look import DARK, PIN, RIM, ROLE_COLOURS, Theme, rgb, rgb8
 from app.viewport.camera import Eye
 from app.viewport.curves import Isoline, Segments, Solid, smooth_curve
+from app.viewport.ghost import Ghost
 from app.viewport.heavy import faces_about, heavy, is_heavy
 from app.viewport.lights import background, clay, light_up
 from app.viewport.pieces import Pieces
 from app.viewport.plane import PlaneMark
 from app.viewport.standin import StandIn, with_kept
-from app.viewport.surface import Placement, Surface, summed_at_corners
+from app.viewport.surface import Placement, Surface
+from app.viewport.tint import FEATHER, feathered, tinted
 from engine.arrays import F64, I64
 from engine.mesh import Mesh
 
-TINT = 0.46  # how much of the region's violet lies over the clay
-FEATHER = 5  # rings of vertices over which the tint fades out
 _KEPT = 60_000  # vertices of the region that a stand-in may keep as they are
 _NO_IDS: I64 = np.zeros(0, dtype=np.int64)
-# Clear where one looks straight at it: the ghost shows its outlines and hides nothing of the form,
-# which it would cover with blotches wherever it pokes out.
-_ONLY_OUTLINES = """//VTK::Light::Impl
-  float ghostTurned = 1.0 - abs(normalVCVSOutput.z);
-  gl_FragData[0].a *= ghostTurned * ghostTurned;
-"""
-_GHOST_GAP = 0.02  # scene units: below this the ghost would only flicker on the form
 #: Thickness in logical pixels by role.
 _LINE = {"rim": 2.5, "source": 5.0, "guide": 2.0, "region": 2.5, "target": 4.0, "pin": 12.0}
-
-
-def feathered(inside: NDArray[np.bool_], faces: I64, rounds: int = FEATHER) -> NDArray[np.float32]:
-    """Return a weight (n,) that falls from 1 in the region to 0 outside over some rings.
-
-    Each round averages over the faces around a vertex. Only how the border looks, never what the
-    region is.
-    """
-    weight = inside.astype(np.float64)
-    corners = inside[faces]
-    touched = np.zeros(len(inside), dtype=bool)
-    touched[faces[corners.any(axis=1) & ~corners.all(axis=1)].ravel()] = True
-    for _ in range(rounds - 1):
-        touched[faces[touched[faces].any(axis=1)].ravel()] = True
-    near = faces[touched[faces].any(axis=1)]
-    if len(near) == 0:
-        return weight.astype(np.float32)
-    used = np.unique(near)
-    local = np.searchsorted(used, near)
-    count = np.bincount(local.ravel(), minlength=len(used))
-    free = touched[used]
-    w = weight[used]
-    for _ in range(rounds):
-        mean = summed_at_corners(local, w[local].mean(axis=1)[:, None], len(used))[:, 0] / count
-        w = np.where(free, mean, w)
-    weight[used] = w
-    return weight.astype(np.float32)
 
 
 @dataclass
@@ -94,10 +60,7 @@ class Scene:
         self._weight: NDArray[np.float32] | None = None
         self._rim: tuple[Isoline, Segments] | None = None
         self._map: NDArray[np.uint8] | None = None
-        self._ghost: Surface | None = None
-        self._ghost_positions: F64 | None = None
-        self._ghost_reach = 0.0
-        self._apart: NDArray[np.bool_] = np.zeros(0, dtype=bool)
+        self._ghost: Ghost | None = None
         self._curves: dict[str, _Curve] = {}
         self._pins: Solid | None = None
         self.plane: PlaneMark | None = None
@@ -157,7 +120,8 @@ class Scene:
             self.plane.follow(self.surface.positions)
         if self.stand_in is not None and self.stand_in.surface.actor.GetVisibility():
             self.stand_in.follow()
-        self._refresh_ghost(ids)
+        if self._ghost is not None:
+            self._ghost.follow(np.arange(self.surface.n) if ids is None else ids)
 
     # What is coloured
 
@@ -236,68 +200,42 @@ class Scene:
         elif self._weight is None:
             self.surface.recolour(np.asarray(rgb8(self.theme.clay), dtype=np.uint8))
         else:
-            base = np.asarray(rgb8(self.theme.clay), dtype=np.float32)
-            held = np.asarray(rgb8(self.theme.held), dtype=np.float32)
-            violet = np.asarray(rgb8(REGION), dtype=np.float32)
-            tinted = (1 - TINT) * base + TINT * violet
-            colours = held + self._weight[:, None] * (tinted - held)
-            self.surface.recolour((colours + 0.5).astype(np.uint8))
+            self.surface.recolour(np.asarray(rgb8(self.theme.held), dtype=np.uint8))
+            near = np.flatnonzero(self._weight)
+            self.surface.recolour(tinted(self._weight[near], self.theme), near)
         if self.stand_in is not None:
             self.stand_in.follow()
 
     # What lies over the form
 
-    def set_ghost(self, positions: ArrayLike | None) -> bool:
+    @property
+    def ghost(self) -> Surface | None:
+        """The part of the original that is seen, if any is."""
+        return None if self._ghost is None else self._ghost.drawn
+
+    def set_ghost(self, positions: ArrayLike | None, shown: F64 | None = None) -> bool:
         """Show the original (n, 3), translucent, wherever it differs from what is shown.
+
+        Parameters
+        ----------
+        shown : (n, 3) where the vertices are shown now, as they were given.
 
         Returns whether the picture is another now.
         """
         before = self._ghost
-        if self._ghost is not None:
-            self.renderer.RemoveActor(self._ghost.actor)
+        if before is not None:
+            before.remove()
         self._ghost = None
-        self._ghost_positions = None
-        self._ghost_reach = 0.0
-        if positions is not None and self.surface is not None:
-            self._ghost_positions = self.placement.to_scene(positions)
-            self._ghost_reach = _reach(self._ghost_positions)
-            self._apart = np.zeros(self.surface.n, dtype=bool)
-            self._refresh_ghost()
-        return before is not None or self._ghost is not None
-
-    def _refresh_ghost(self, ids: I64 | None = None) -> None:
-        if self._ghost_positions is None or self.surface is None:
-            return
-        changed = slice(None) if ids is None else ids
-        gap = self._ghost_positions[changed] - self.surface.positions[changed]
-        apart = np.abs(gap).max(axis=1) > _GHOST_GAP
-        if ids is not None and bool((apart == self._apart[ids]).all()):
-            return
-        self._apart[changed] = apart
-        apart = self._apart
-        if self._ghost is not None:
-            self.renderer.RemoveActor(self._ghost.actor)
-            self._ghost = None
-        assert self._mesh is not None
-        about = faces_about(np.flatnonzero(apart), self._mesh.topology.incidence)
-        faces = self._faces[about]
-        if len(faces) == 0:
-            return
-        used = np.unique(faces)
-        positions = self._ghost_positions[used]
-        self._ghost = Surface(positions, np.searchsorted(used, faces), (255, 255, 255))
-        look = self._ghost.actor.GetProperty()
-        look.SetOpacity(0.8)
-        look.BackfaceCullingOn()
-        look.SetAmbient(0.35)
-        look.SetDiffuse(0.65)
-        self._ghost.mapper.ScalarVisibilityOff()
-        look.SetColor(*rgb("#dfe6f2"))
-        self._ghost.actor.PickableOff()
-        self._ghost.actor.GetShaderProperty().AddFragmentShaderReplacement(
-            "//VTK::Light::Impl", True, _ONLY_OUTLINES, False
+        if positions is not None and self.surface is not None and self._mesh is not None:
+            original = np.asarray(positions, dtype=np.float64)
+            differs = np.arange(self.surface.n) if shown is None else _differs(original, shown)
+            self._ghost = Ghost(
+                self.renderer, self.surface, self._mesh.topology, self.placement, original
+            )
+            self._ghost.follow(differs)
+        return (before is not None and before.seen) or (
+            self._ghost is not None and self._ghost.seen
         )
-        self.renderer.AddActor(self._ghost.actor)
 
     def show_curve(
         self,
@@ -439,9 +377,15 @@ class Scene:
     @property
     def radius(self) -> float:
         """Radius about the scene's origin of a ball that holds everything drawn."""
-        reach = [1.0, 0.0 if self.surface is None else self.surface.reach, self._ghost_reach]
+        reach = [1.0, 0.0 if self.surface is None else self.surface.reach]
+        reach += [0.0 if self._ghost is None else self._ghost.reach]
         reach += [_reach(curve.points) for curve in self._curves.values()]
         return 1.05 * 3**0.5 * max(reach)
+
+
+def _differs(a: F64, b: F64) -> I64:
+    """Return the rows in which (n, 3) arrays differ; column by column is ten times faster."""
+    return np.flatnonzero((a[:, 0] != b[:, 0]) | (a[:, 1] != b[:, 1]) | (a[:, 2] != b[:, 2]))
 
 
 def _reach(points: NDArray[Any]) -> float:

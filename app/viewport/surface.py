@@ -133,7 +133,7 @@ class Surface:
             if normals is None
             else np.array(normals, dtype=np.float32, order="C")
         )
-        self.colours: U8 = np.tile(np.asarray(colour, dtype=np.uint8), (n, 1))
+        self.colours: U8 = np.empty((n, 3), dtype=np.uint8)
         self._neighbourhood: _Neighbourhood | None = None
         self._reach = _farthest(self.positions)
 
@@ -143,6 +143,7 @@ class Surface:
         self._normals.SetName("Normals")
         self._rgb = numpy_to_vtk(self.colours)
         self._rgb.SetName("rgb")
+        self.recolour(np.asarray(colour, dtype=np.uint8))
         self._connectivity = np.ascontiguousarray(faces, dtype=np.int64).reshape(-1)
         self._offsets = np.arange(0, 3 * len(faces) + 1, 3, dtype=np.int64)
         cells = vtkCellArray()
@@ -198,8 +199,12 @@ class Surface:
         self._rgb.Modified()
 
     def recolour(self, colours: NDArray[Any], ids: I64 | None = None) -> None:
-        """Take new colours: of all vertices (n, 3) uint8, or of `ids` only."""
-        self.colours[slice(None) if ids is None else ids] = colours
+        """Take new colours (n, 3) uint8, of all vertices or of `ids` only; or one (3,) for all."""
+        if np.ndim(colours) == 1:
+            for k in range(3):  # numpy repeats a row of three bytes ten times slower
+                self.colours[:, k] = colours[k]
+        else:
+            self.colours[slice(None) if ids is None else ids] = colours
         self.recoloured()
 
     def refresh(self) -> None:

@@ -176,11 +176,11 @@ def test_thickness_of_a_curve_is_the_same_at_any_zoom(stage):
 def test_ghost_is_seen_only_where_the_form_differs(stage):
     viewport = stage.viewport
     viewport.ghost(viewport.vertices)
-    assert viewport.scene._ghost is None
+    assert viewport.scene.ghost is None
     ids = viewport.vertices_inside(stage.ellipse(0.2))
     moved = viewport.vertices[ids] * 0.93
     viewport.set_vertices(moved, ids)
-    ghost = viewport.scene._ghost
+    ghost = viewport.scene.ghost
     assert ghost is not None
     assert len(ghost.faces) < 0.3 * len(viewport.form.faces)
     without = picture(viewport)
