@@ -2,8 +2,8 @@
 
 OBJ, PLY, STL, OFF and 3MF are scanned by `engine.files.scan_*`: on arrays, to the last bit, with
 every loss counted. pymeshlab's own readers ended or hung the process on one damaged file in 25, and
-read byte order marks, decimal commas and index 0 wrongly without a word; it cleans, remeshes and
-exports, and reads the experimental formats, in the worker process.
+read byte order marks, decimal commas and index 0 wrongly without a word; it cleans, remeshes
+and reads the experimental formats, in the worker process.
 """
 
 from __future__ import annotations

@@ -64,8 +64,10 @@ def write_as(suffix: str, name: str, v: F64, f: I64, told: str) -> None:
         write_3mf(name, v, f)
     elif suffix == ".glb":
         _write_glb(name, v, f, told)
+    elif suffix == ".ply":
+        _write_ply(name, v, f)
     else:
-        _write_native(suffix, name, v, f, told)
+        _write_stl(name, v, f)
 
 
 def _write_text(name: str, head: str, vertex: str, v: F64, face: str, f: I64) -> None:
@@ -92,21 +94,35 @@ def _write_glb(name: str, v: F64, f: I64, told: str) -> None:
     Path(name).write_bytes(content)
 
 
-def _write_native(suffix: str, name: str, v: F64, f: I64, told: str) -> None:
-    import pymeshlab
+def _write_ply(name: str, v: F64, f: I64) -> None:
+    """Write binary PLY with positions in double precision."""
+    head = (
+        "ply\nformat binary_little_endian 1.0\n"
+        f"element vertex {len(v)}\nproperty double x\nproperty double y\nproperty double z\n"
+        f"element face {len(f)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    rows = np.empty(len(f), dtype=[("size", "u1"), ("corners", "<i4", 3)])
+    rows["size"], rows["corners"] = 3, f
+    with Path(name).open("wb") as out:
+        out.write(head.encode())
+        out.write(np.ascontiguousarray(v, dtype="<f8").data)
+        out.write(rows.view(np.uint8).data)
 
-    meshes = pymeshlab.MeshSet(verbose=False)
-    meshes.add_mesh(pymeshlab.Mesh(v, f.astype(np.int32)))
-    options: dict[str, Any] = {"binary": True}
-    if suffix == ".ply":
-        plain = ("vertex_quality", "vertex_color", "vertex_normal", "face_quality", "face_color")
-        options |= {f"save_{what}": False for what in plain}
-    else:
-        options["colormode"] = False
-    try:
-        meshes.save_current_mesh(name, **options)
-    except pymeshlab.PyMeshLabException as error:
-        raise FileError(_not_written(told, "the writer gave up")) from error
+
+def _write_stl(name: str, v: F64, f: I64) -> None:
+    """Write binary STL: single precision, with the faces' normals."""
+    corners = v[f]
+    row = [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")]
+    rows = np.zeros(len(f), dtype=row)
+    # What single precision cannot hold is found when the file is read back.
+    with np.errstate(over="ignore", invalid="ignore"):
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        np.divide(normals, lengths, out=normals, where=lengths > 0)
+        rows["normal"], rows["corners"] = normals, corners
+    with Path(name).open("wb") as out:
+        out.write(b"Eigenform".ljust(80) + len(f).to_bytes(4, "little"))
+        out.write(rows.view(np.uint8).data)
 
 
 def _reads_back(path: Path, suffix: str, v: F64, f: I64) -> bool:
