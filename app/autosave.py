@@ -11,6 +11,7 @@ import numpy as np
 from PySide6.QtCore import QObject, Qt, Signal
 
 from engine import History, HistoryState, Moment
+from engine.files.report import shown
 from engine.journal import Recoverable, Why, same_state
 from engine.scribe import Scribe
 
@@ -111,7 +112,7 @@ class Autosave(QObject):
             aside = self.worth_asking
             self._scribe.end("set aside" if aside else None)
             if aside:
-                self.set_aside.emit(self._latest.current.name)
+                self.set_aside.emit(shown(self._latest.current.name))
         state = history.state()
         found, self._restoring = self._restoring, None
         self._latest = state

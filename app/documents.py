@@ -17,6 +17,7 @@ from app.viewport.camera import Eye
 from engine import EngineError, HistoryState
 from engine.archive import DOCUMENT_SUFFIX, Archive, save_archive
 from engine.files.place import Stamp
+from engine.files.report import shown
 from engine.plain import from_plain, to_plain
 
 FILTER = f"Eigenform document (*{DOCUMENT_SUFFIX})"
@@ -82,7 +83,7 @@ class Documents(QObject):
         except EngineError as error:
             self._session.problems.report(error)
             return
-        self._session.noticed.emit(f"Saved to {path.name}")
+        self._session.noticed.emit(f"Saved to {shown(path.name)}")
 
     def ask_path(self) -> Path | None:
         """Let the person choose where the document goes."""
@@ -117,7 +118,7 @@ class Documents(QObject):
                 self._session.path = path
                 self._known = (path, stamp)
                 self.saved.emit(path, state)
-            self._session.noticed.emit(f"Saved to {path.name}")
+            self._session.noticed.emit(f"Saved to {shown(path.name)}")
             if then is not None:
                 then()
 

@@ -14,6 +14,7 @@ from app.viewport.heavy import prepare
 from engine import Document, EngineError, Imported, Run
 from engine.archive import DOCUMENT_SUFFIX, Archive, open_archive
 from engine.files.place import write_file
+from engine.files.report import shown
 from plugins.registry import kinds
 
 CHANNEL = "file"
@@ -95,7 +96,7 @@ class Files(QObject):
         self._session.jobs.submit(
             CHANNEL,
             lambda _run: engine.save(mesh, path),
-            lambda _none: self._session.noticed.emit(f"Exported to {path.name}"),
+            lambda _none: self._session.noticed.emit(f"Exported to {shown(path.name)}"),
             self._session.problems.report,
             priority=1,
         )
@@ -110,7 +111,7 @@ class Files(QObject):
         except EngineError as error:
             self._session.problems.report(error)
             return
-        self._session.noticed.emit(f"Recipe saved to {path.name}")
+        self._session.noticed.emit(f"Recipe saved to {shown(path.name)}")
 
 
 def is_heavy(needed: int) -> bool:

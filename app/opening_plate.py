@@ -13,6 +13,7 @@ from app.plate import Plate
 from app.seeing import UNIT_WORDS, likely_unit, size_words, unit_question
 from app.session import Session
 from engine import Imported
+from engine.files.report import shown
 
 
 class OpeningPlate(QObject):
@@ -36,7 +37,7 @@ class OpeningPlate(QObject):
         document = self._session.document
         if document is not None and likely_unit(document) is not None:
             self._plate.say(
-                f"Opened {document.name}", [unit_question(document)], self._unit_buttons()
+                f"Opened {shown(document.name)}", [unit_question(document)], self._unit_buttons()
             )
 
     def _ask_heavy(self, path: Path, needed: int) -> None:
@@ -46,7 +47,7 @@ class OpeningPlate(QObject):
             f"It needs about {needed / 2**30:.1f} GiB of memory; {free / 2**30:.1f} GiB are free."
         )
         self._plate.say(
-            f"Open {path.name}?",
+            f"Open {shown(path.name)}?",
             [words],
             {
                 "Open": lambda: self._files.open(path, sure=True),

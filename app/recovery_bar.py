@@ -10,6 +10,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QBoxLayout, QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
 
 from app.viewport.cube import SIZE as CUBE
+from engine.files.report import shown
 from engine.journal import Recoverable
 
 MARGIN = 16
@@ -179,4 +180,4 @@ def sentence(found: Recoverable, *, crashed: bool = False) -> str:
         "set aside": "This was closed without saving.",
     }[found.why]
     damage = " " + " ".join(found.report) if found.report else ""
-    return f"{happened} “{found.name}” from {when} can be restored ({what}).{damage}"
+    return f"{happened} “{shown(found.name)}” from {when} can be restored ({what}).{damage}"

@@ -15,6 +15,7 @@ from app.autosave import Autosave
 from app.crash import CrashDialog, CrashWatch, native_crashes
 from app.recovery_bar import RecoveryBar, RecoveryOffers
 from engine.files.place import sweep_strays
+from engine.files.report import shown
 from engine.journal import Recoverable, Why, recover
 from plugins.registry import kinds
 
@@ -182,7 +183,7 @@ class Safety(QObject):
         question.setIcon(QMessageBox.Icon.NoIcon)
         # A document's name may look like markup.
         question.setTextFormat(Qt.TextFormat.PlainText)
-        question.setText(f"Save your changes to “{name}”?")
+        question.setText(f"Save your changes to “{shown(name)}”?")
         question.setInformativeText(
             "Without saving they stay for a week under File, Restore unsaved work."
         )

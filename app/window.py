@@ -46,6 +46,7 @@ from app.toolhost import ToolHost
 from app.viewport import Viewport
 from app.welcome import Welcome
 from engine import Document
+from engine.files.report import shown
 from plugins.registry import Failure, find_tools
 
 FIRST_SIZE = (1280, 860)
@@ -167,7 +168,7 @@ class Window(QMainWindow):
             self.viewport.set_unit(document.unit)
         file = self.documents.path
         name = "" if document is None else document.name if file is None else file.name
-        self.setWindowTitle(f"{name}[*] – Eigenform" if document else "Eigenform")
+        self.setWindowTitle(f"{shown(name)}[*] – Eigenform" if document else "Eigenform")
 
     def _hint(self, document: Document | None) -> str:
         if document is None:

@@ -129,9 +129,14 @@ def test_a_name_of_any_bytes_goes_through_the_window(
         window.files.open(document)
     qtbot.waitUntil(settled(window), timeout=30_000)
     assert session.document.name == path.name
-    with qtbot.waitSignal(session.noticed):
-        window.files.export(folder / os.fsdecode(name + b".ply"))
+    told: list[str] = []
+    session.noticed.connect(told.append)
+    exported = folder / os.fsdecode(name + b".ply")
+    window.files.export(exported)
+    qtbot.waitUntil(lambda: bool(told or session.problems.sentence), timeout=30_000)
     assert session.problems.sentence == ""
+    assert told[-1].startswith("Exported to ")
+    assert exported.is_file()
     (found,) = (tmp_path / "state" / "journals").iterdir()
     assert found.stat().st_size > 1000
     window.safety.leave()
