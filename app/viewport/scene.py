@@ -22,7 +22,7 @@ from app.viewport.plane import PlaneMark
 from app.viewport.standin import StandIn, with_kept
 from app.viewport.surface import Placement, Surface
 from app.viewport.tint import FEATHER, feathered, tinted
-from engine.arrays import F64, I64
+from engine.arrays import F64, I64, frozen
 from engine.mesh import Mesh
 
 _KEPT = 60_000  # vertices of the region that a stand-in may keep as they are
@@ -227,7 +227,7 @@ class Scene:
             before.remove()
         self._ghost = None
         if positions is not None and self.surface is not None and self._mesh is not None:
-            original = np.asarray(positions, dtype=np.float64)
+            original = frozen(positions, np.float64)
             differs = np.arange(self.surface.n) if shown is None else _differs(original, shown)
             self._ghost = Ghost(
                 self.renderer, self.surface, self._mesh.topology, self.placement, original
