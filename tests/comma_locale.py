@@ -10,6 +10,8 @@ import locale
 import os
 import shutil
 import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 WANTED = "EIGENFORM_TEST_LOCALE"
@@ -61,3 +63,14 @@ def enter(folder: Path) -> str:
 def decimal_point() -> str:
     """Return what C code writes between whole and fraction at this moment."""
     return str(locale.localeconv()["decimal_point"])
+
+
+@contextmanager
+def plain_numbers() -> Iterator[None]:
+    """Have C code read and write decimal points meanwhile: other people's readers need them."""
+    before = locale.setlocale(locale.LC_NUMERIC)
+    locale.setlocale(locale.LC_NUMERIC, "C")
+    try:
+        yield
+    finally:
+        locale.setlocale(locale.LC_NUMERIC, before)

@@ -89,7 +89,8 @@ def _loaded(
 
 def _first_line(error: Exception) -> str:
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    return lines[-1].removeprefix("Error details:").strip(" .") if lines else "no reason given"
+    reason = lines[-1].removeprefix("Error details:").strip(" .") if lines else "no reason given"
+    return reason[:1].lower() + reason[1:]
 
 
 def _bring(path: Path, companion: str, name: str) -> None:

@@ -10,6 +10,7 @@ from scipy.spatial import Delaunay, cKDTree
 
 from engine import Mesh
 from engine.arrays import F64, I64
+from tests.comma_locale import plain_numbers
 
 
 def icosphere_like(n: int, radius: float = 1.0, jitter: float = 0.3, seed: int = 0) -> Mesh:
@@ -76,7 +77,8 @@ def ball(mesh: Mesh, size: int, centre: int | None = None) -> I64:
 
 def real(folder: Path, name: str) -> Mesh:
     """A mesh of the shared folder's clean ones."""
-    v, f = igl.read_triangle_mesh(str(folder / "clean" / name))
+    with plain_numbers():
+        v, f = igl.read_triangle_mesh(str(folder / "clean" / name))
     return Mesh(v, f.astype(np.int64))
 
 

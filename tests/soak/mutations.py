@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import io
+import os
 import random
 import re
 import subprocess
@@ -246,7 +247,10 @@ def experimental_seeds(folder: Path) -> dict[str, tuple[str, bytes]]:
         "import pymeshlab; s = pymeshlab.MeshSet(); s.load_new_mesh('seed.ply')\n"
         "for e in ('dae', 'x3d', '3ds'): s.save_current_mesh('seed.' + e)"
     )
-    subprocess.run([sys.executable, "-c", code], cwd=folder, check=True, capture_output=True)
+    # Under a comma locale that code would write commas.
+    plain = {**os.environ, "LC_ALL": "C.UTF-8"}
+    command = [sys.executable, "-c", code]
+    subprocess.run(command, cwd=folder, check=True, capture_output=True, env=plain)
     kinds = {".glb": "glTF", ".dae": "DAE", ".x3d": "X3D", ".3ds": "3DS"}
     return {f"seed{e}": (kind, (folder / f"seed{e}").read_bytes()) for e, kind in kinds.items()}
 
