@@ -213,8 +213,8 @@ class _Normals:
         self._sum = sp.csr_array(
             (np.ones(3 * len(faces)), (faces.ravel(), corner)), shape=(n, len(faces))
         )
-        ways = faces * np.int64(n) + np.roll(faces, -1, axis=1)
-        self.outward = len(np.unique(ways)) == ways.size
+        ways = np.sort((faces * np.int64(n) + np.roll(faces, -1, axis=1)).ravel())
+        self.outward = bool((ways[1:] != ways[:-1]).all())
 
     def at(self, x: F64) -> F64:
         """Return the normals (n, 3) of positions x (n, 3); zero where no face has an area."""
