@@ -284,9 +284,11 @@ def _levelled(values: F64, closed: bool) -> F64:
 def on_picture_plane(stroke: Stroke, anchors: F64) -> F64:
     """Return the target as points in space, (c, 3): below its pixels, as deep as the anchors are.
 
-    Seen through `stroke.view` they cover the target exactly; seen from elsewhere they show how far
-    the curve lies from the surface.
+    Seen through `stroke.view` they cover the target; seen from elsewhere they show how far the
+    curve lies from the surface. Anchors zigzag around the curve and so do their targets: the line
+    drawn is the smooth one between them.
     """
+    target = source_curve(stroke.target, stroke.closed)
     view: View = stroke.view
     homogeneous = np.column_stack([anchors, np.ones(len(anchors))]) @ view.matrix.T
     # The anchors zigzag along the curve; the line between them does not.
@@ -295,8 +297,8 @@ def on_picture_plane(stroke: Stroke, anchors: F64) -> F64:
     w = homogeneous[:, 3]
     clip = np.column_stack(
         [
-            (2 * stroke.target[:, 0] / width - 1) * w,
-            (1 - 2 * stroke.target[:, 1] / height) * w,
+            (2 * target[:, 0] / width - 1) * w,
+            (1 - 2 * target[:, 1] / height) * w,
             homogeneous[:, 2],
             w,
         ]
