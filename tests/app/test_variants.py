@@ -42,9 +42,11 @@ def row(window: Window, words: str) -> QTreeWidgetItem:
 
 
 def click_row(window: Window, qtbot, words: str) -> None:
-    tree = window.steps.tree
-    qtbot.mouseClick(tree.viewport(), LEFT, pos=tree.visualItemRect(row(window, words)).center())
+    tree, item = window.steps.tree, row(window, words)
+    tree.scrollToItem(item)
+    qtbot.mouseClick(tree.viewport(), LEFT, pos=tree.visualItemRect(item).center())
     qtbot.waitUntil(settled(window), timeout=30_000)
+    assert window.steps.tree.currentItem().text(0) == words
 
 
 def button(parent, words: str) -> QPushButton:

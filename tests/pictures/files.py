@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import Qt
 
-from engine import Mesh, load
+from engine import Mesh, load, save
 from resources import sample_path
 from tests.pictures.region import RIBS
 from tests.pictures.studio import Stage
@@ -35,6 +35,10 @@ def files(stage: Stage) -> None:
         stage.open(folder / "cover.obj")
         stage.keep("files-report")
         stage.click(window.plate.buttons["Good"])
+        small = load(sample_path("drill"))
+        save(small.with_vertices(small.vertices / 1000), folder / "drill.ply")
+        stage.open(folder / "drill.ply")
+        stage.keep("files-unit")
         stage.open("tank")
         stage.stroke(stage.shares(RIBS, closed=True))
         stage.rest()

@@ -49,11 +49,23 @@ SCENES: dict[str, Scene] = {
             "see-curvature",
             "see-zebra",
             "see-reflection",
+            "see-base",
+            "see-occlusion",
             "see-wireframe",
             "see-measure",
         ),
     ),
-    "variants": Scene(variants.variants, ("variants-tree", "variants-compare", "variants-morph")),
+    "kept": Scene(seeing.kept, ("see-menu", "see-picture")),
+    "variants": Scene(
+        variants.variants,
+        (
+            "variants-tree",
+            "variants-flip",
+            "variants-flipped",
+            "variants-compare",
+            "variants-morph",
+        ),
+    ),
     "tools": Scene(
         tools.tools,
         (
@@ -65,7 +77,7 @@ SCENES: dict[str, Scene] = {
             "tool-remesh",
         ),
     ),
-    "files": Scene(files.files, ("files-report", "files-recent", "files-restore")),
+    "files": Scene(files.files, ("files-report", "files-unit", "files-recent", "files-restore")),
     "commands": Scene(
         commands.commands, ("keys-palette", "keys-sheet", "keys-plugins", "looks-dark")
     ),

@@ -40,6 +40,14 @@ def variants(stage: Stage) -> None:
         stage.press_in(editor, Qt.Key.Key_Return)
         stage.rest()
     stage.keep("variants-tree")
+    for moment, name in (("Slim", "variants-flip"), ("Full", "variants-flipped")):
+        stage.rest()
+        assert session.moment.name == moment
+        stage.keep_canvas(name)
+        if moment == "Slim":
+            session.go(next(k for k, one in session.history.moments.items() if one.name == "Full"))
+            session.go(next(k for k, one in session.history.moments.items() if one.name == "Slim"))
+        stage.press(Qt.Key.Key_V)
     other = next(one.id for one in session.history.moments.values() if one.name == "Full")
     window.steps.compare_asked.emit(other)
     stage.wait(1.0)
