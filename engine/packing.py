@@ -368,7 +368,8 @@ class Unpacker:
         entry = _entry(self._steps, key, "step")
         if key not in self._made:
             kind = entry.get("kind")
-            data = self._lists_back(entry["data"]) if entry.get("apart") else entry.get("data")
+            data = entry.get("data")
+            data = self._lists_back(data) if entry.get("apart") else data
             if not isinstance(kind, str) or not isinstance(data, dict):
                 raise FileError("A step in the file has no kind or no data.")
             self._refuse_flood(data)
@@ -458,7 +459,9 @@ def _ids_in_texts(data: Any) -> int:
     if not isinstance(data, str) or not _RANGES.fullmatch(data):
         return 0
     pairs = (part.split("-") for part in data.split())
-    return sum(max(0, int(pair[-1][:20]) - int(pair[0][:20])) + 1 for pair in pairs)
+    # What is no range, such as “5-” or “-5”, is refused by the step itself.
+    whole = ([int(number[:20]) for number in pair] for pair in pairs if all(pair))
+    return sum(max(0, pair[-1] - pair[0]) + 1 for pair in whole)
 
 
 def _begins(recipe: Recipe, with_this: Recipe) -> bool:
@@ -551,7 +554,7 @@ def history_state(
     root = min(moments, key=lambda i: (moments[i].parent is not None, i))
     kept: dict[int, Moment] = {}
     rehung = 0
-    for i in sorted(moments):
+    for i in sorted(moments, key=lambda i: (i != root, i)):
         moment = moments[i]
         parent = None if i == root else moment.parent
         # Parents are older than their children, so that no ring can form.

@@ -61,8 +61,8 @@ def main(folder: Path, seed: int) -> None:
             scribe.write(state)
         sys.stdout.write(f"{number} {time.monotonic()}\n")
         sys.stdout.flush()
-        # The hand of a person who scribbles ten times faster than anyone can.
-        time.sleep(dice.uniform(0.01, 0.03))
+        # The hand of a person who scribbles faster than anyone can.
+        time.sleep(dice.uniform(0.04, 0.12))
 
 
 if __name__ == "__main__":

@@ -391,7 +391,7 @@ def test_killed_at_random_moments_at_most_one_stroke_is_lost(kills: int, tmp_pat
     lost = []
     for seed in range(kills):
         folder = tmp_path / str(seed)
-        number, age = killed_session(folder, seed, after=dice.uniform(0.0, 0.8))
+        number, age = killed_session(folder, seed, after=dice.uniform(0.0, 1.6))
         found = recover(folder, KINDS)
         near = range(max(0, number - 2), number + 5)
         expected = {
