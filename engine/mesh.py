@@ -140,8 +140,11 @@ class Mesh:
     @cached_property
     def bounds(self) -> F64:
         """Lower and upper corner of the bounding box of the used vertices, (2, 3)."""
-        used = self.vertices[self.topology.used_vertices]
-        return np.array([used.min(axis=0), used.max(axis=0)])
+        mask = self.topology.used_vertices
+        used = self.vertices if mask.all() else self.vertices[mask]
+        # Column by column: along the long axis numpy takes twenty times as long.
+        columns = [used[:, k] for k in range(3)]
+        return np.array([[c.min() for c in columns], [c.max() for c in columns]])
 
     @cached_property
     def diagonal(self) -> float:

@@ -6,7 +6,7 @@ from enum import Enum
 from typing import Any, ClassVar, Protocol
 
 from PySide6.QtCore import QEvent, QObject, QPointF, Qt
-from PySide6.QtGui import QInputDevice, QPointingDevice
+from PySide6.QtGui import QGuiApplication, QInputDevice, QPointingDevice
 
 from plugins.api import Pointer
 
@@ -18,6 +18,7 @@ _Type = QEvent.Type
 ORBIT_PER_PIXEL = 0.0087  # radians: half a turn over 360 px
 ZOOM_PER_PIXEL = 0.006
 ZOOM_PER_NOTCH = 1.15
+TAP_PX = 16  # a pen trembles more than a mouse
 ARROW_STEP = 0.131  # radians: 7.5 degrees
 
 
@@ -63,7 +64,7 @@ class Hands(QObject):
         self._last = QPointF()
         self._space = False
         self.navigates = False  # the tool in hand moves the camera
-        self._pen_last = 0.0
+        self._tap: tuple[QPointF, int] | None = None  # where and when pen or finger came down
         self._touch: tuple[QPointF, float] | None = None
         viewport.installEventFilter(self)
 
@@ -151,7 +152,7 @@ class Hands(QObject):
             self._begin_motion(_by_modifiers(event.modifiers()), event.button(), event.position())
         elif event.button() == _Button.LeftButton:
             self._drawing, self._held = "pen", event.button()
-            self._send("press", event, pen=True)
+            self._send("press", event, pen=True, double=self._again(event, event.position()))
         return True
 
     def _tablet_move(self, event: Any) -> bool:
@@ -174,6 +175,22 @@ class Hands(QObject):
             self._drawing, self._held = None, None
             self._send("release", event, pen=True)
         return True
+
+    def _again(self, event: Any, at: QPointF) -> bool:
+        """Whether pen or finger comes down a second time at one place: Qt tells of the mouse only.
+
+        A third time is a first one again.
+        """
+        before, now = self._tap, int(event.timestamp())
+        self._tap = (QPointF(at), now)
+        if before is None or not now:
+            return False
+        place, moment = before
+        soon = now - moment <= QGuiApplication.styleHints().mouseDoubleClickInterval()
+        double = soon and (at - place).manhattanLength() <= TAP_PX
+        if double:
+            self._tap = None
+        return double
 
     # Wheel, touchpad, touch screen
 
@@ -230,7 +247,8 @@ class Hands(QObject):
             return True
         if event.type() == _Type.TouchBegin and self._drawing is None and self._motion is None:
             self._drawing = "touch"
-            self._send("press", event, at=points[0].position())
+            at = points[0].position()
+            self._send("press", event, at=at, double=self._again(event, at))
         elif self._drawing == "touch":
             if ended:
                 self._drawing = None
@@ -319,7 +337,14 @@ class Hands(QObject):
             self._motion, self._held = None, None
             self._viewport.set_navigating(self._space or self.navigates)
 
-    def _send(self, kind: Any, event: Any, pen: bool = False, at: QPointF | None = None) -> None:
+    def _send(
+        self,
+        kind: Any,
+        event: Any,
+        pen: bool = False,
+        at: QPointF | None = None,
+        double: bool = False,
+    ) -> None:
         place = event.position() if at is None else at
         modifiers = event.modifiers()
         self._viewport.emit_pointer(
@@ -334,7 +359,7 @@ class Hands(QObject):
                 ctrl=bool(modifiers & _Mod.ControlModifier),
                 alt=bool(modifiers & _Mod.AltModifier),
                 time=event.timestamp() / 1000.0,
-                double=event.type() == _Type.MouseButtonDblClick,
+                double=double or event.type() == _Type.MouseButtonDblClick,
             )
         )
 

@@ -44,12 +44,14 @@ class Lighter:
     faces : (g, 3) in positions of `ids`.
     cell : (n,) the cell of each vertex of the form.
     face : (f,) which of `faces` each face of the form became, -1 for none.
+    count : (g,) how many became each of `faces`.
     """
 
     ids: I64
     faces: I64
     cell: I64
     face: I64
+    count: I64
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +124,8 @@ def lightened(positions: NDArray[np.floating], faces: I64, cells: int = CELLS_AC
     _, once, became = np.unique(keys, return_index=True, return_inverse=True)
     face = np.full(len(faces), -1, dtype=np.int64)
     face[proper] = became
-    return Lighter(first.astype(np.int64), np.ascontiguousarray(turned[once]), cell, face)
+    count = np.bincount(became, minlength=len(once))
+    return Lighter(first.astype(np.int64), np.ascontiguousarray(turned[once]), cell, face, count)
 
 
 def parts_of(positions: F32, faces: I64, size: int = PIECE_FACES) -> tuple[Part, ...]:

@@ -53,6 +53,7 @@ class Layers(Inking):
         """Show a mesh, framed three-quarter, or from where one looks now."""
         before = self.scene.placement
         self.scene.set_mesh(mesh)
+        self.overlay.clear_curves()
         self._form = mesh
         self._vertices = mesh.vertices.copy()
         after = self.scene.placement

@@ -131,6 +131,11 @@ class Overlay(QWidget):
             self._curves[name] = curve
         self.update()
 
+    def clear_curves(self) -> None:
+        """Take all curves in space away."""
+        self._curves.clear()
+        self.update()
+
     def set_legend(self, legend: Legend | None) -> None:
         """Show the scale of a colour map, or take it away."""
         self._legend = legend

@@ -140,8 +140,8 @@ class Scene:
             near = self._faces_about(ids)
             self._weight = feathered(inside, near)
             self._draw_rim(near)
+        self._keep_whole()
         self._paint()
-        self._keep_whole(ids)
 
     def _faces_about(self, ids: I64) -> I64:
         """Return the faces of the region and of the rings around it that its border fades over."""
@@ -153,7 +153,7 @@ class Scene:
             fringe = np.unique(self._faces[faces_about(fringe, incidence)])
         return self._faces[faces_about(np.union1d(ids, fringe), incidence)]
 
-    def _keep_whole(self, ids: I64 | None) -> None:
+    def _keep_whole(self) -> None:
         """Let the stand-in, if there is one, show the region as it is."""
         if self.stand_in is None:
             return
@@ -342,10 +342,10 @@ class Scene:
             self.stand_in.surface.actor.SetProperty(self.surface.actor.GetProperty())
             self.stand_in.surface.actor.SetShaderProperty(self.surface.actor.GetShaderProperty())
             self.renderer.AddActor(self.stand_in.surface.actor)
+        elif wanted and self.stand_in is not None:
+            self.stand_in.follow()
         if self.stand_in is None:
             return
-        if wanted:
-            self.stand_in.follow()
         self.stand_in.surface.actor.SetVisibility(wanted)
         self.surface.actor.SetVisibility(not wanted and self.pieces is None)
 

@@ -56,6 +56,8 @@ class Sighting(Layers):
         if self._sight is not None and self._sight[0] == key:
             return self._sight[1]
         if self.scene.pieces is not None:
+            if self._stroke_under_way() and self._sight is not None and self._sight[0][0] == key[0]:
+                return self._sight[1]  # the form follows the stroke: what began it still holds
             # Somebody cannot wait for the idle moments.
             self._looked_at = key
             self.gradual.number()
@@ -72,6 +74,10 @@ class Sighting(Layers):
         """Whether what is seen is being worked out, and not there yet."""
         there = self._sight is not None and self._sight[1].ready and self._sight[0] == self._key()
         return self.scene.pieces is not None and not there
+
+    def _stroke_under_way(self) -> bool:
+        """Whether a gesture goes on that the form may follow."""
+        return False
 
     def _key(self) -> Any:
         surface = self.scene.surface
@@ -109,7 +115,7 @@ class Sighting(Layers):
         threading.Thread(target=prepare, name="sight", daemon=True).start()
 
     def _take_sight(self, sight: Sight) -> None:
-        if self._sight is not None and self._sight[1] is sight:
+        if self._sight is not None and self._sight[1] is sight and not self.sight_comes:
             self.sighted.emit()
 
     def pick(self, x: float, y: float) -> Hit | None:

@@ -27,8 +27,7 @@ def with_kept(
     about = faces_about(kept, incidence)
     became = lighter.face[about]
     # A face of the lighter form goes when nothing but faces about the region became it.
-    left = np.bincount(lighter.face[lighter.face >= 0], minlength=len(lighter.faces))
-    left -= np.bincount(became[became >= 0], minlength=len(lighter.faces))
+    left = lighter.count - np.bincount(became[became >= 0], minlength=len(lighter.faces))
     ids = np.concatenate([lighter.ids, kept])
     corners = faces[about]
     at = np.minimum(np.searchsorted(kept, corners), len(kept) - 1)
@@ -52,8 +51,8 @@ class StandIn:
             surface.positions[ids], faces, (255, 255, 255), normals=surface.normals[ids]
         )
         self.surface.actor.VisibilityOff()
+        self.surface.colours[:] = surface.colours[ids]
         self.surface.actor.PickableOff()
-        self.follow()
 
     def follow(self) -> None:
         """Copy positions, normals and colours of the heavy surface."""

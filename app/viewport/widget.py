@@ -50,6 +50,7 @@ class Viewport(Sighting):
         self._tool_cursor: Any = None
         self._held: list[Pointer] = []
         self._form_at_press: object = None
+        self._stroking = False
         self._patience = QTimer(self)
         self._patience.setSingleShot(True)
         self._patience.setInterval(MOST_WAIT_MS)
@@ -67,15 +68,17 @@ class Viewport(Sighting):
             self.navigation.stop()
             self.overlay.set_invitation(None)
             self._form_at_press = self._form_now()
+            self._stroking = True
         if self._held or (pointer.kind == "release" and self._waits()):
             self._hold(pointer)
         else:
-            self.pointer.emit(pointer)
+            self._hand_on(pointer)
 
     def cancel_pointer(self) -> None:
         """Say that the gesture under way will have no release."""
         self._held.clear()
         self._let_go()
+        self._stroking = False
         self.cancelled.emit()
 
     def _form_now(self) -> object:
@@ -100,7 +103,15 @@ class Viewport(Sighting):
         if waited:
             self.selecting.emit(False)
         for pointer in held:
-            self.pointer.emit(pointer)
+            self._hand_on(pointer)
+
+    def _hand_on(self, pointer: Pointer) -> None:
+        self.pointer.emit(pointer)
+        if pointer.kind == "release":
+            self._stroking = False
+
+    def _stroke_under_way(self) -> bool:
+        return self._stroking
 
     def alt_scroll(self, notches: float) -> None:
         """Say that the wheel was turned with Alt held."""
