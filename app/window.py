@@ -63,7 +63,7 @@ class Window(QMainWindow):
         self.appearance = appearance
         self.session = Session(self)
         self.files = Files(self.session, self)
-        self.symmetry = Symmetry(self.session)
+        self.symmetry = Symmetry(self.session, lambda: self.toolhost.in_gesture)
         self.viewport = Viewport(self)
         found = find_tools()
         self.failures: tuple[Failure, ...] = found.failures
@@ -117,6 +117,7 @@ class Window(QMainWindow):
         session.noticed.connect(self.hint.set_notice)
         session.busy_changed.connect(self.refresh)
         host.tool_changed.connect(self.refresh)
+        host.gesture_changed.connect(self.symmetry.settle)
         host.gesture_changed.connect(self.refresh)
         host.context.said.connect(self.hint.set_said)
         self.viewport.pointer.connect(host.pointer)

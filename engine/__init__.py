@@ -48,7 +48,14 @@ from engine.region import Region
 from engine.remesh import remesh
 from engine.result import EditResult
 from engine.run import Memo, Run
-from engine.selection import connected_to, grown, inverted, shrunk, smoothed_border
+from engine.selection import (
+    connected_to,
+    grown,
+    inverted,
+    shrunk,
+    smoothed_border,
+    without_specks,
+)
 from engine.silhouette import silhouette_chain
 from engine.sketch import pressure_weights, resample_target, source_curve, tidy_stroke
 from engine.solve import Factor, factorise

@@ -59,6 +59,26 @@ def smoothed_border(topology: Topology, roi: I64, rounds: int = 3) -> I64:
     return np.flatnonzero(np.where(weight == 0.5, inside, weight > 0.5))
 
 
+def without_specks(topology: Topology, roi: I64, share: float) -> I64:
+    """Return the region with the specks that it leaves out all around.
+
+    Parameters
+    ----------
+    topology : of the mesh.
+    roi : ids of the region, ascending.
+    share : what is cut off from the rest of the mesh by the region, and has at most this share of
+        its vertices, is a speck.
+    """
+    outside = topology.used_vertices & ~_mask(topology, roi)
+    ids = np.flatnonzero(outside)
+    inner = sp.csr_array(topology.adjacency[ids][:, ids])
+    parts = connected_components(inner, directed=False)[1]
+    beside = np.zeros(parts.max(initial=-1) + 1, dtype=bool)
+    beside[parts[_neighbours_inside(topology, ~outside)[ids] > 0]] = True
+    specks = beside & (np.bincount(parts, minlength=len(beside)) <= share * len(roi))
+    return np.union1d(roi, ids[specks[parts]])
+
+
 def seen_through(mesh: Mesh, roi: I64, view: View) -> I64:
     """Return the region with all that lies behind or before it in a view.
 

@@ -79,6 +79,7 @@ from engine import (
     tidy_stroke,
     trace_anchors,
     vertex_areas,
+    without_specks,
 )
 from engine.arrays import B1, F64, I64
 from plugins.option import option
@@ -356,5 +357,6 @@ __all__ = [
     "taken_apart",
     "tidy_stroke",
     "trace_anchors",
+    "without_specks",
     "vertex_areas",
 ]

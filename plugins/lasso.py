@@ -18,12 +18,14 @@ from plugins.api import (
     Tool,
     option,
     tidy_stroke,
+    without_specks,
 )
 from plugins.grasp import GRAB, falloff
 
 DOUBLE_SECONDS, DOUBLE_PX = 0.4, 6.0
 STEP = 4.0  # px between the points of a lasso that is adjusted
 REACH = 0.12  # share of the lasso that follows on either side when it is dragged
+SPECK = 0.004  # of the region: so little left out all around is not left out on purpose
 SHORTEST = 12.0  # px: a shorter path is a slip of the hand, not a lasso
 
 
@@ -76,6 +78,9 @@ class Lasso(Tool):
         caught = context.vertices_inside(polygon, context.options.through)
         document = context.document
         roi = combined(document.draft.roi, caught, first)
+        if roi is not None and not (first.ctrl or first.eraser):
+            # What is hidden in a groove, or the lasso just missed, would stay and pinch the form.
+            roi = without_specks(document.mesh.topology, roi, SPECK)
         return document.with_draft(document.draft.with_roi(roi))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -32,8 +33,11 @@ from plugins.grasp import GRAB, falloff, lengths
 
 SHORTEST = 12.0  # px: a shorter path is a slip of the hand, not a curve
 CLOSES = 16.0  # px: a curve whose ends come this near, after a long way, is a closed one
-COVERED = 0.95  # of the triangles under a source: below it the person is told
+COVERED = 0.9  # of a source: where less of it lies on the region, the person is told
+MISSES = 0.08  # of a source: when more runs beside the form, its outline is meant
+SAMPLE = 6.0  # px between the places where it is looked up what lies under a source
 BESIDE, MANY = 0.3, 0.3  # of a curve's length, of its anchors: when the region ends beside it
+ASIDE = 0.35  # cosine to the curve: what lies more along it is beyond its end, not beside it
 SNAPS = 24.0  # px: an outline this near draws a stroke onto itself
 
 
@@ -94,7 +98,6 @@ class SourceTool(Tool):
 
     def gesture(self, context: Context, pointer: Pointer) -> Gesture:
         """Follow the curve and find its anchors."""
-        snaps = context.options.outline or pointer.alt
         drawn, pressures = yield from _drawn(context, pointer)
         if _extent(drawn) < SHORTEST:
             return None
@@ -103,8 +106,15 @@ class SourceTool(Tool):
         draft = context.document.draft
         if draft.roi is None:
             raise EngineError("There is no region to draw on. Press L and circle a part first.")
+        held, missed = _under(context, path, draft.roi)
+        snaps = context.options.outline or pointer.alt or missed > MISSES
         anchors = _on_outline(context, path, draft.roi, closed) if snaps else None
         if anchors is None:
+            if held < COVERED:
+                context.notice(
+                    f"Only {held:.0%} of the curve lies on the coloured part; the target takes "
+                    "the place of that. Esc drops it"
+                )
             anchors = _on_surface(context, path, draft.roi, closed)
         weights = None
         if context.options.weights and pointer.pen:
@@ -238,8 +248,8 @@ def ends_behind(context: Context, anchors: I64, roi: I64) -> bool:
     """Whether the region ends beside a curve on the outline of the form, out of sight.
 
     Then the form cannot follow the curve evenly: what lies behind the outline stays. It is so where
-    vertices outside the region that are turned away from the eye lie near many anchors, by the
-    curve's own length.
+    vertices outside the region that are turned away from the eye lie beside many anchors, nearer
+    than a share of the curve's length. What lies beyond its ends does not count.
     """
     mesh, view = context.shown, context.view
     outside = np.setdiff1d(grown(mesh.topology, roi), roi)
@@ -250,8 +260,14 @@ def ends_behind(context: Context, anchors: I64, roi: I64) -> bool:
         return False
     curve = mesh.vertices[anchors]
     length = float(np.linalg.norm(np.diff(curve, axis=0), axis=1).sum())
-    away = np.linalg.norm(curve[:, None, :] - hidden[None, :, :], axis=2).min(axis=1)
-    return bool((away < BESIDE * length).mean() > MANY)
+    if len(curve) < 2:
+        return False
+    along = np.gradient(curve, axis=0)
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
+    to = hidden[None, :, :] - curve[:, None, :]
+    away = np.linalg.norm(to, axis=2)
+    aside = np.abs(np.einsum("chk,ck->ch", to, along)) < ASIDE * away
+    return bool((aside & (away < BESIDE * length)).any(axis=1).mean() > MANY)
 
 
 def _turned_away(mesh: Mesh, ids: I64, view: View) -> B1:
@@ -259,17 +275,15 @@ def _turned_away(mesh: Mesh, ids: I64, view: View) -> B1:
     wanted = np.zeros(mesh.n, dtype=bool)
     wanted[ids] = True
     faces = mesh.faces[wanted[mesh.faces].any(axis=1)]
-    a, b, c = (mesh.vertices[faces[:, k]] for k in range(3))
-    across = np.cross(b - a, c - a)
-    normals = np.zeros((len(ids), 3))
+    a, b, c = (view.project(mesh.vertices[corner]) for corner in faces.T)
+    u, v = b - a, c - a
+    # Twice the area in the picture; y runs down, so what faces the eye has less than nothing.
+    area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    seen = np.zeros(len(ids))
     for corner in faces.T:
         kept = wanted[corner]
-        np.add.at(normals, np.searchsorted(ids, corner[kept]), across[kept])
-    size = np.linalg.norm(normals, axis=1, keepdims=True)
-    # Going along the normal leads away from the eye.
-    step = 1e-3 * mesh.diagonal * normals / np.maximum(size, 1e-300)
-    x = mesh.vertices[ids]
-    return np.asarray(view.depth(x + step) > view.depth(x))
+        np.add.at(seen, np.searchsorted(ids, corner[kept]), area[kept])
+    return np.asarray(seen > 0)
 
 
 def _on_surface(context: Context, path: F64, roi: I64, closed: bool) -> I64:
@@ -277,13 +291,20 @@ def _on_surface(context: Context, path: F64, roi: I64, closed: bool) -> I64:
     faces = context.faces_under(path)
     if len(_inside(faces, context.shown.faces, roi)) == 0:
         raise EngineError("The curve is not on the region. Draw it on the coloured part.")
-    found = trace_anchors(context.shown, faces, path, context.view, roi, closed)
-    if found.coverage < COVERED:
-        context.notice(
-            f"The curve could follow {found.coverage:.0%} of what you drew: "
-            "the rest lay behind the form or across a gap"
-        )
-    return found.anchors
+    return trace_anchors(context.shown, faces, path, context.view, roi, closed).anchors
+
+
+def _under(context: Context, path: F64, roi: I64) -> tuple[float, float]:
+    """Return which shares of a path (p, 2) px lie on the region, and beside the form."""
+    pieces = max(2, round(lengths(path)[-1] / SAMPLE))
+    at = np.linspace(0, len(path) - 1, pieces + 1).round().astype(int)
+    inside = np.zeros(context.shown.n, dtype=bool)
+    inside[roi] = True
+    corners = context.shown.faces
+    met = [context.faces_under(path[a : b + 1]) for a, b in pairwise(at)]
+    held = [bool(inside[corners[faces]].all(axis=1).any()) for faces in met]
+    missed = [len(faces) == 0 for faces in met]
+    return float(np.mean(held)), float(np.mean(missed))
 
 
 def _on_outline(context: Context, path: F64, roi: I64, closed: bool) -> I64 | None:

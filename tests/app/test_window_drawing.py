@@ -14,11 +14,11 @@ from PySide6.QtWidgets import QApplication, QToolButton, QWidget
 
 from app.look import PIN
 from app.window import Window
-from engine import Recipe, replay
+from engine import Document, Recipe, mirrored_region, replay
 from engine.arrays import F64, I64
 from plugins.feature import missing_at
 from plugins.registry import kinds
-from tests.app.driving import LEFT, NONE, Mouse, Pen, bow, circle, picture, settled
+from tests.app.driving import LEFT, NONE, Mouse, Pen, bow, bumpy_sphere, circle, picture, settled
 
 pytestmark = pytest.mark.window
 
@@ -195,6 +195,23 @@ def test_the_plane_of_symmetry_is_seen(window: Window, qtbot, artefacts: Path) -
     qtbot.keyClick(view, Qt.Key.Key_Y)
     assert scene.plane is None
     assert session.document.draft.options.mirror == ()
+
+
+def test_a_region_chosen_while_the_plane_is_looked_for_is_on_both_sides(
+    window: Window, qtbot
+) -> None:
+    session, view = window.session, window.viewport
+    view.standard_view("front", animate=False)
+    rest(window, qtbot)
+    qtbot.keyClick(view, Qt.Key.Key_Y)
+    assert session.jobs.busy("symmetry")
+    Mouse().stroke(window, circle(view, 0.14, 0.0, 0.1))
+    qtbot.waitUntil(lambda: not session.jobs.busy("symmetry"), timeout=30_000)
+    rest(window, qtbot)
+    draft = session.document.draft
+    assert draft.options.mirror != ()
+    both = mirrored_region(session.document.mesh, draft.roi, draft.options.mirror)
+    assert len(both) == pytest.approx(len(draft.roi), rel=0.05)
 
 
 def test_the_handle_is_mirrored(window: Window, qtbot, artefacts: Path) -> None:
@@ -475,6 +492,16 @@ def test_a_curve_on_the_outline_asks_for_the_back(window: Window, qtbot) -> None
     assert window.toolhost.active.id == "target"
     draw(window, qtbot, down + np.array([20, 0]))
     assert session.target_error < 1.0
+
+
+def test_curves_go_with_the_form_that_they_were_drawn_on(window: Window, qtbot) -> None:
+    session, view = window.session, window.viewport
+    region(window, qtbot)
+    draw(window, qtbot, bow(view, *ENDS), bow(view, *ENDS, 0.3))
+    assert view.overlay.curve("target 0") is not None
+    session.start(Document.open(bumpy_sphere(800)))
+    rest(window, qtbot)
+    assert view.overlay.curve("target 0") is None
 
 
 # ---- edit tools and the rail

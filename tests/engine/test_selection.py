@@ -13,6 +13,7 @@ from engine.selection import (
     seen_through,
     shrunk,
     smoothed_border,
+    without_specks,
 )
 from engine.view import look_at
 
@@ -62,6 +63,21 @@ def test_smoothing_takes_teeth_and_fills_bays(plate: Mesh) -> None:
     assert tooth not in smooth
     assert bay in smooth
     assert len(np.setxor1d(smooth, roi)) < 0.2 * len(roi)
+
+
+def test_specks_left_out_all_around_are_taken(plate: Mesh) -> None:
+    roi = disc(plate, 7.2)
+    hole = np.array([N * 10 + 10, N * 10 + 11])
+    assert np.isin(hole, roi).all()
+    torn = np.setdiff1d(roi, hole)
+    share = 2 / len(torn)
+    assert (without_specks(plate.topology, torn, share) == roi).all()
+    assert (without_specks(plate.topology, torn, 0.9 * share) == torn).all(), "not a speck"
+    two = Mesh(
+        np.vstack([plate.vertices, plate.vertices[:3] + 100]),
+        np.vstack([plate.faces, [[len(plate.vertices) + k for k in range(3)]]]),
+    )
+    assert (without_specks(two.topology, torn, 0.9) == roi).all(), "another part stays out"
 
 
 def test_inverting_stays_on_the_parts_that_the_region_touches(plate: Mesh) -> None:

@@ -16,7 +16,7 @@ from plugins.brush import Brush, BrushOptions
 from plugins.feature import Feature
 from plugins.lasso import Lasso
 from plugins.pin import Pin
-from plugins.sketch import SourceOptions, SourceTool, TargetOptions, TargetTool
+from plugins.sketch import SourceOptions, SourceTool, TargetOptions, TargetTool, ends_behind
 
 SIZE = (400.0, 400.0)
 
@@ -193,6 +193,54 @@ def test_a_source_is_a_chain_of_anchors_in_the_region(context: FlatContext) -> N
     with pytest.raises(EngineError, match="not on the region"):
         do(SourceTool(), context, line((-48, 45), (-40, 48)))
     assert do(SourceTool(), context, [px(0, 0), px(1, 0)]) is None
+
+
+def test_a_source_that_leaves_the_form_lies_on_its_outline(context: FlatContext) -> None:
+    context.document = do(Lasso(), context, around(40, 0, 31))
+    context.options = None
+    source = do(SourceTool(), context, line((48, -20), (53, 20))).draft.source
+    x = context.document.mesh.vertices[source.anchors]
+    assert (x[:, 0] == 50).all(), "the border of the plate"
+    assert np.ptp(x[:, 1]) == pytest.approx(40, abs=6), "the whole length that was drawn"
+    assert not context.notices
+
+
+def test_a_source_that_leaves_the_region_says_what_is_left_of_it(context: FlatContext) -> None:
+    chosen(context)
+    do(SourceTool(), context, line((-20, 0), (44, 0)))
+    (notice,) = context.notices
+    assert "Only 7" in notice or "Only 8" in notice
+    # Far from any outline nothing of the way beside the form can be followed.
+    context.notices.clear()
+    context.options = None
+    context.document = do(Lasso(), context, around(40, 0, 31))
+    context.options = None
+    source = do(SourceTool(), context, line((20, 0), (90, 0))).draft.source
+    assert "coloured part" in context.notices[0]
+    assert np.isin(source.anchors, context.document.draft.roi).all()
+
+
+def tube(across: float = 15.0, rows: int = 41, sides: int = 36) -> Mesh:
+    """An open tube of 100 mm along y."""
+    t, y = np.meshgrid(2 * np.pi * np.arange(sides) / sides, np.linspace(-50, 50, rows))
+    x = np.column_stack([across * np.cos(t).ravel(), y.ravel(), across * np.sin(t).ravel()])
+    i = np.arange(rows * sides).reshape(rows, sides)
+    a, b = i[:-1].ravel(), np.roll(i[:-1], -1, axis=1).ravel()
+    d, c = i[1:].ravel(), np.roll(i[1:], -1, axis=1).ravel()
+    return Mesh(x, np.concatenate([np.column_stack([a, d, c]), np.column_stack([a, c, b])]))
+
+
+@pytest.mark.parametrize(("behind", "told"), [(-20.0, False), (-1.0, True)])
+def test_a_region_ends_behind_a_curve_only_where_it_ends_beside_it(
+    behind: float, told: bool
+) -> None:
+    mesh = tube()
+    x, y, z = mesh.vertices.T
+    roi = np.flatnonzero((np.abs(y) < 33) & (z > behind))
+    context = FlatContext(Document.open(mesh))
+    edge = np.flatnonzero((np.abs(y) < 31) & (np.abs(x - 14.77) < 0.1) & (z > 0))
+    assert len(edge) > 20
+    assert ends_behind(context, edge, roi) is told
 
 
 def sketched(context: FlatContext) -> FlatContext:
