@@ -147,6 +147,7 @@ class PictureDialog(QDialog):
         self.width_box.valueChanged.connect(self._show_height)
         self.width_box.setValue(min(LARGEST_PICTURE, 2 * viewport.width()))
         self._show_height()
+        self.width_box.selectAll()
 
     @property
     def size_in_pixels(self) -> tuple[int, int]:

@@ -105,7 +105,7 @@ class Status(QStatusBar):
             return
         known = self._session.decomposition
         if channel == "decompose" and known is not None and known.k:
-            text = f"{known.k:,} modes"
+            text = "Modes"  # how many there are stands among the figures
         self._bar.setRange(0, 1000)
         self._bar.setValue(round(fraction * 1000))
         self._words.setText(text)
