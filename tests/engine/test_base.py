@@ -9,6 +9,7 @@ import igl
 import numpy as np
 import pytest
 
+from bench.rim import regions, rim_folds
 from engine import Mesh, Region, decompose
 from engine.base import paper_base, smooth_base
 from engine.solve import factorise
@@ -221,3 +222,22 @@ def test_base_that_runs_away_is_refused() -> None:
         except EngineError:
             continue
         assert np.linalg.norm(parts.base - parts.original, axis=1).max() <= parts.region.scale
+
+
+def test_rim_of_a_handle_folds_hardly_more_than_the_original(shared_meshes: Path) -> None:
+    mesh = real(shared_meshes, "hammer.obj")
+    for roi in regions(mesh, 3, len("hammer")):
+        region = Region(mesh, roi)
+        folds = []
+        for shape in (mesh.vertices[region.roi], _placed(region), _levelled(region)):
+            x = mesh.vertices.copy()
+            x[region.roi] = shape
+            folds.append(float(rim_folds(mesh, x, region.roi)[1]))
+        original, plain, levelled = folds
+        assert levelled < 0.75 * plain
+        assert levelled < 1.35 * original
+
+
+def _levelled(region: Region) -> np.ndarray:
+    base: np.ndarray = decompose(region.mesh, region.roi, modes=0).base
+    return base
