@@ -78,6 +78,10 @@ class Canvas(QtInteractor):
     def resizeGL(self, width: int, height: int) -> None:
         """Follow the widget's size."""
         super().resizeGL(width, height)
+        # pyvistaqt 0.13 rounds half a pixel to even where Qt rounds up: a dark line would stay.
+        interactor = self.render_window.GetInteractor()
+        if interactor is not None and self.render_window.GetSize() != self.device_size():
+            interactor.UpdateSize(*self.device_size())
         self.scene.scale = self.devicePixelRatioF()
 
     @property
@@ -88,7 +92,7 @@ class Canvas(QtInteractor):
     def device_size(self) -> tuple[int, int]:
         """Width and height in device pixels, as VTK renders."""
         ratio = self.devicePixelRatioF()
-        return max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio))
+        return max(1, int(self.width() * ratio + 0.5)), max(1, int(self.height() * ratio + 0.5))
 
     def view_height(self) -> float:
         """Height of the view in logical pixels."""

@@ -275,7 +275,9 @@ scale = float(sys.argv[2])
 assert window.devicePixelRatioF() == scale, window.devicePixelRatioF()
 seen = pixels(window.viewport)
 assert abs(seen.shape[0] - scale * window.viewport.height()) <= 1
-assert window.viewport.render_window.GetSize()[1] == seen.shape[0], "drawn at full resolution"
+view = window.viewport
+whole = tuple(int(side * scale + 0.5) for side in (view.width(), view.height()))
+assert view.render_window.GetSize() == whole, "drawn to the last pixel at full resolution"
 for button in window.rail.buttons.values():
     pixmap = button.icon().pixmap(button.iconSize(), scale)
     assert pixmap.width() == round(button.iconSize().width() * scale), "icons are as fine"
