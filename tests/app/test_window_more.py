@@ -100,6 +100,13 @@ def test_form_and_detail_are_morphed_between_two_variants(
     whole = np.abs(edited.mesh.vertices - sphere.vertices).max()
     assert 0.3 * whole < np.abs(halfway - sphere.vertices).max() < 0.7 * whole
     assert session.document is edited, "a preview changes nothing"
+    bar.modes.setFocus()
+    bar.modes.selectAll()
+    qtbot.keyClicks(bar.modes, "60")
+    qtbot.keyClick(bar.modes, Qt.Key.Key_Return)
+    qtbot.waitUntil(lambda: (session.shown.vertices != halfway).any(), timeout=30_000)
+    qtbot.waitUntil(settled(window), timeout=30_000)
+    halfway = session.shown.vertices
     picture(window, artefacts, f"morph {theme}")
 
     keep = next(b for b in bar.findChildren(QPushButton) if b.text() == "Keep")
@@ -107,6 +114,7 @@ def test_form_and_detail_are_morphed_between_two_variants(
     qtbot.waitUntil(lambda: len(session.document.recipe.steps) == 2, timeout=30_000)
     qtbot.waitUntil(settled(window), timeout=30_000)
     assert session.document.recipe.steps[-1].title == "Morph"
+    assert session.document.recipe.steps[-1].modes == 60, "what counts as form is kept with it"
     assert (session.document.mesh.vertices == halfway).all()
     assert bar.shares == (0.0, 0.0)
 
