@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import QByteArray, QSettings, Qt
+from PySide6.QtCore import QByteArray, QSettings, Qt, QTimer
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import (
     QMainWindow,
@@ -111,14 +111,18 @@ class Window(QMainWindow):
 
     def _connect(self) -> None:
         session, host = self.session, self.toolhost
+        # One stroke makes work begin and end several times: one look at all of it is enough.
+        self._soon = QTimer(self)
+        self._soon.setSingleShot(True)
+        self._soon.timeout.connect(self.refresh)
         session.document_changed.connect(self.refresh)
         session.opened.connect(self._opened)
         session.problems.changed.connect(self.hint.set_problem)
         session.noticed.connect(self.hint.set_notice)
-        session.busy_changed.connect(self.refresh)
+        session.busy_changed.connect(self._soon.start)
         host.tool_changed.connect(self.refresh)
         host.gesture_changed.connect(self.symmetry.settle)
-        host.gesture_changed.connect(self.refresh)
+        host.gesture_changed.connect(self._soon.start)
         host.context.said.connect(self.hint.set_said)
         self.viewport.pointer.connect(host.pointer)
         self.viewport.cancelled.connect(host.cancel)
@@ -286,6 +290,7 @@ class Window(QMainWindow):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Stop the engine before the viewport goes."""
+        self._soon.stop()
         self._held_key.stop()
         QSettings().setValue("window/geometry", self.saveGeometry())
         self.toolhost.cancel()

@@ -135,14 +135,16 @@ class Layers(Inking):
         A target or a guide is drawn over everything; any other curve lies on the form and is hidden
         by what is in front of it.
         """
-        self.hide_curve(name)
         if role in ("target", "guide"):
             p = np.atleast_2d(np.asarray(points, dtype=np.float64))
+            if self.scene.hide_curve(name):
+                self.update()
             self.overlay.set_curve(name, SpaceCurve(p, role, closed, label))
             self.overlay.follow(self.view())
         else:
-            self.scene.show_curve(name, points, role, closed, anchors)
-            self.update()
+            self.overlay.set_curve(name, None)
+            if self.scene.show_curve(name, points, role, closed, anchors):
+                self.update()
 
     def hide_curve(self, name: str) -> None:
         """Take the curve of that name away, if there is one."""

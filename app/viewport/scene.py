@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from app.look import DARK, PIN, RIM, ROLE_COLOURS, Theme, rgb, rgb8
+from app.look import DARK, RIM, Theme, rgb, rgb8
 from app.viewport.camera import Eye
-from app.viewport.curves import Isoline, Segments, Solid, smooth_curve
+from app.viewport.curves import Isoline, Segments
 from app.viewport.ghost import Ghost
 from app.viewport.heavy import faces_about, heavy, is_heavy
 from app.viewport.lights import background, clay, light_up
+from app.viewport.marks import Marks
 from app.viewport.pieces import Pieces
 from app.viewport.plane import PlaneMark
 from app.viewport.standin import StandIn, with_kept
@@ -27,14 +27,7 @@ from engine.mesh import Mesh
 
 _KEPT = 60_000  # vertices of the region that a stand-in may keep as they are
 _NO_IDS: I64 = np.zeros(0, dtype=np.int64)
-#: Thickness in logical pixels by role.
-_LINE = {"rim": 2.5, "source": 5.0, "guide": 2.0, "region": 2.5, "target": 4.0, "pin": 12.0}
-
-
-@dataclass
-class _Curve:
-    solids: list[Solid]
-    points: F64
+RIM_WIDTH = 2.5  # logical pixels
 
 
 class Scene:
@@ -61,11 +54,8 @@ class Scene:
         self._rim: tuple[Isoline, Segments] | None = None
         self._map: NDArray[np.uint8] | None = None
         self._ghost: Ghost | None = None
-        self._curves: dict[str, _Curve] = {}
-        self._pins: Solid | None = None
         self.plane: PlaneMark | None = None
-        self._eye = Eye(np.zeros(3), 200.0)
-        self._height = 600.0
+        self.marks = Marks(renderer)
         light_up(renderer)
         background(renderer, theme)
 
@@ -97,10 +87,8 @@ class Scene:
         """Take everything out of the picture."""
         self.set_region(None)
         self.set_ghost(None)
-        self.set_pins(None)
+        self.marks.clear()
         self.set_plane(None)
-        for name in list(self._curves):
-            self.hide_curve(name)
         for drawn in (self.surface, self.stand_in and self.stand_in.surface):
             if drawn is not None:
                 self.renderer.RemoveActor(drawn.actor)
@@ -173,7 +161,7 @@ class Scene:
         if len(near) == 0:
             return
         line = Isoline(value, near)
-        marks = Segments(RIM, _LINE["rim"] * self.scale, line.points(self.surface.positions))
+        marks = Segments(RIM, RIM_WIDTH * self.scale, line.points(self.surface.positions))
         self.renderer.AddActor(marks.actor)
         self._rim = (line, marks)
 
@@ -244,51 +232,29 @@ class Scene:
         role: str,
         closed: bool = False,
         anchors: ArrayLike | None = None,
-    ) -> None:
-        """Draw a curve (p, 3), mesh units, under a name; the same name again replaces it.
+    ) -> bool:
+        """Draw a curve (p, 3), mesh units, under a name; return whether the picture is another.
 
         Parameters
         ----------
         anchors : (a, 3) the points shown as dots, or None for those of the curve.
         """
-        self.hide_curve(name)
-        given = self.placement.to_scene(np.atleast_2d(np.asarray(points, dtype=np.float64)))
-        dots = given if anchors is None else self.placement.to_scene(np.atleast_2d(anchors))
-        colour, width = ROLE_COLOURS[role], _LINE[role]
-        solids = [Solid(colour, width, smooth_curve(given, closed), tube=True)]
-        if role == "source":
-            solids.append(Solid(_lighter(colour), 1.35 * width, dots, tube=False, lift=1.0))
-            if not closed:
-                ends = np.stack([given[0], given[-1]])
-                solids.append(Solid("#ffffff", 2.6 * width, ends, tube=False))
-                solids.append(Solid(colour, 2.0 * width, ends, tube=False, lift=0.6 * width))
-        self._curves[name] = _Curve(solids, given)
-        for solid in solids:
-            self._resize(solid)
-            self.renderer.AddActor(solid.actor)
+        given = self._placed(points)
+        return self.marks.show_curve(
+            name, given, role, closed, given if anchors is None else self._placed(anchors)
+        )
 
     def hide_curve(self, name: str) -> bool:
         """Take the curve of that name away; return whether there was one."""
-        curve = self._curves.pop(name, None)
-        for solid in curve.solids if curve is not None else ():
-            self.renderer.RemoveActor(solid.actor)
-        return curve is not None
+        return self.marks.hide_curve(name)
 
     def set_pins(self, points: ArrayLike | None) -> bool:
-        """Show pins at `points` (p, 3), mesh units; None or nothing for no pins.
+        """Show pins at `points` (p, 3), mesh units; return whether the picture is another."""
+        some = points is not None and len(np.asarray(points)) > 0
+        return self.marks.set_pins(self._placed(points) if some and points is not None else None)
 
-        Returns whether the picture is another now.
-        """
-        before = self._pins
-        if self._pins is not None:
-            self.renderer.RemoveActor(self._pins.actor)
-            self._pins = None
-        if points is not None and len(np.asarray(points)):
-            places = self.placement.to_scene(np.atleast_2d(np.asarray(points, dtype=np.float64)))
-            self._pins = Solid(PIN, _LINE["pin"], places, tube=False, lift=1.0)
-            self._resize(self._pins)
-            self.renderer.AddActor(self._pins.actor)
-        return before is not None or self._pins is not None
+    def _placed(self, points: ArrayLike) -> F64:
+        return self.placement.to_scene(np.atleast_2d(np.asarray(points, dtype=np.float64)))
 
     def set_plane(self, plane: ArrayLike | None) -> None:
         """Show where the plane a, b, c, d (a x + b y + c z = d, mesh units) cuts; None for none."""
@@ -313,15 +279,7 @@ class Scene:
 
     def seen_from(self, eye: Eye, height: float) -> None:
         """Give curves and pins their thickness as seen from `eye`, `height` logical pixels high."""
-        self._eye, self._height = eye, height
-        for solid in (*(s for c in self._curves.values() for s in c.solids), self._pins):
-            if solid is not None:
-                self._resize(solid)
-
-    def _resize(self, solid: Solid) -> None:
-        solid.resize(
-            self._eye.toward(solid.points), self._eye.unit_per_pixel(solid.points, self._height)
-        )
+        self.marks.seen_from(eye, height)
 
     # A lighter picture while it moves
 
@@ -379,20 +337,10 @@ class Scene:
         """Radius about the scene's origin of a ball that holds everything drawn."""
         reach = [1.0, 0.0 if self.surface is None else self.surface.reach]
         reach += [0.0 if self._ghost is None else self._ghost.reach]
-        reach += [_reach(curve.points) for curve in self._curves.values()]
+        reach.append(self.marks.reach)
         return 1.05 * 3**0.5 * max(reach)
 
 
 def _differs(a: F64, b: F64) -> I64:
     """Return the rows in which (n, 3) arrays differ; column by column is ten times faster."""
     return np.flatnonzero((a[:, 0] != b[:, 0]) | (a[:, 1] != b[:, 1]) | (a[:, 2] != b[:, 2]))
-
-
-def _reach(points: NDArray[Any]) -> float:
-    """Return how far from the origin `points` (p, 3) are along an axis, at the most."""
-    return float(np.abs(points).max()) if len(points) else 0.0
-
-
-def _lighter(colour: str, share: float = 0.55) -> str:
-    mixed = (round(c + (255 - c) * share) for c in rgb8(colour))
-    return "#" + "".join(f"{c:02x}" for c in mixed)

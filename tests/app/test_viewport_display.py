@@ -153,7 +153,7 @@ def test_source_lies_on_the_form_and_is_hidden_behind_it(stage):
     viewport.look(viewport.eye.orbited(viewport.eye.centre, np.pi, 0.0), animate=False)
     assert near(picture(viewport), SOURCE, 40) == 0
     viewport.hide_curve("s")
-    assert "s" not in viewport.scene._curves
+    assert "s" not in viewport.scene.marks.curves
 
 
 def test_thickness_of_a_curve_is_the_same_at_any_zoom(stage):
@@ -163,7 +163,7 @@ def test_thickness_of_a_curve_is_the_same_at_any_zoom(stage):
     widths = []
     for factor in (1.0, 4.0):
         viewport.look(viewport.eye.zoomed((0, 0, 0), factor), animate=False)
-        solid = viewport.scene._curves["s"].solids[0]
+        solid = viewport.scene.marks.curves["s"].solids[0]
         place = solid._data.GetPoints().GetBounds()
         assert np.isfinite(place).all()
         unit = viewport.eye.unit_per_pixel(solid.points, viewport.view_height())
