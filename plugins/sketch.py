@@ -289,6 +289,11 @@ def _turned_away(mesh: Mesh, ids: I64, view: View) -> B1:
 def _on_surface(context: Context, path: F64, roi: I64, closed: bool) -> I64:
     """Return the anchors below a path (p, 2) px."""
     faces = context.faces_under(path)
+    if len(faces) == 0:
+        raise EngineError(
+            "The curve runs beside the form. Draw it on the coloured part, or slide the level up "
+            "until the form fills its place."
+        )
     if len(_inside(faces, context.shown.faces, roi)) == 0:
         raise EngineError("The curve is not on the region. Draw it on the coloured part.")
     return trace_anchors(context.shown, faces, path, context.view, roi, closed).anchors

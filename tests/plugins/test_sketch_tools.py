@@ -192,6 +192,8 @@ def test_a_source_is_a_chain_of_anchors_in_the_region(context: FlatContext) -> N
     do(SourceTool(), context, line((-15, 2), (49, 2)))
     with pytest.raises(EngineError, match="not on the region"):
         do(SourceTool(), context, line((-48, 45), (-40, 48)))
+    with pytest.raises(EngineError, match="beside the form"):
+        do(SourceTool(), context, line((70, -20), (75, 20)))
     assert do(SourceTool(), context, [px(0, 0), px(1, 0)]) is None
 
 
