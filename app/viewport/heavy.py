@@ -73,7 +73,8 @@ def is_heavy(mesh: Mesh) -> bool:
 
 def prepare(mesh: Mesh) -> None:
     """Work out what showing `mesh` will need, so that the window has it at hand."""
-    mesh.digest, mesh.diagonal, mesh.topology.incidence  # noqa: B018 (kept by the mesh)
+    mesh.digest, mesh.diagonal  # noqa: B018 (kept by the mesh)
+    mesh.topology.incidence, mesh.topology.adjacency  # noqa: B018
     if is_heavy(mesh):
         heavy(mesh)
 
