@@ -9,11 +9,11 @@ from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 
 from app.viewport import moving
-from app.viewport.heavy import HEAVY_FACES, lightened, parts_of
+from app.viewport.heavy import HEAVY_FACES, lightened, parts_of, prepare
 from app.viewport.idimage import capture
 from app.viewport.standin import with_kept
 from engine import Mesh
-from tests.app.viewport_stage import Stage, torus
+from tests.app.viewport_stage import Stage, sphere, torus
 
 pytestmark = pytest.mark.window
 
@@ -170,3 +170,23 @@ def test_the_parts_of_a_form_are_all_of_it_once():
     assert (np.sort(of) == np.arange(len(mesh.faces))).all()
     again = np.concatenate([part.ids[part.faces] for part in parts])
     assert (again == mesh.faces[of]).all()
+
+
+@pytest.mark.soak
+def test_a_million_vertices_are_turned_and_lassoed(qtbot):
+    mesh = sphere(1_000_000, 50.0)
+    prepare(mesh)
+    stage = Stage(mesh, (900, 700))
+    viewport = stage.viewport
+    qtbot.waitUntil(lambda: not viewport.sight_comes, timeout=60_000)
+    viewport.turn_by(0.3, 0.1)
+    if viewport.software:
+        viewport.repaint()
+        assert viewport.scene.standing_in
+        assert viewport.scene.stand_in.surface.n < 0.1 * mesh.n
+    qtbot.waitUntil(lambda: not viewport.moving and not viewport.sight_comes, timeout=60_000)
+    chosen = viewport.vertices_inside(stage.ellipse(0.05, (0.0, 0.0)))
+    toward = viewport.eye.toward(viewport.scene.placement.to_scene(mesh.vertices[chosen]))
+    stage.close()
+    assert 1000 < len(chosen) < 100_000
+    assert ((mesh.vertices[chosen] / 50.0 * toward).sum(axis=1) > 0).all()
