@@ -265,6 +265,7 @@ class Window(QMainWindow):
 
     def escape(self) -> None:
         """Close the gesture under way, or go one step back."""
+        self.session.problems.clear()
         if not self.toolhost.cancel():
             self.session.step_back()
 

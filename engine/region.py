@@ -73,8 +73,8 @@ class Region:
             return
         if len(loose) == parts:
             raise RegionError(
-                "The region has no rim: it covers a whole part of the model. "
-                "Leave at least one vertex outside it."
+                "The region covers a whole part of the model: nothing is left that holds it. "
+                "Leave some of the form outside."
             )
         count = int(np.isin(label, loose).sum())
         raise RegionError(

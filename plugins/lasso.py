@@ -77,6 +77,8 @@ class Lasso(Tool):
             first, polygon = yield from _adjusted(context, first, polygon)
         caught = context.vertices_inside(polygon, context.options.through)
         document = context.document
+        if len(caught) == 0 and context.options.through:
+            raise EngineError("Nothing was caught. Circle a part of the form.")
         roi = combined(document.draft.roi, caught, first)
         if roi is not None and not (first.ctrl or first.eraser):
             # What is hidden in a groove, or the lasso just missed, would stay and pinch the form.

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from plugins.api import (
     B1,
@@ -37,6 +38,7 @@ COVERED = 0.9  # of a source: where less of it lies on the region, the person is
 MISSES = 0.08  # of a source: when more runs beside the form, its outline is meant
 SAMPLE = 6.0  # px between the places where it is looked up what lies under a source
 BESIDE, MANY = 0.3, 0.3  # of a curve's length, of its anchors: when the region ends beside it
+BACK = 0.25  # of the region about a curve: when so much is turned away, it goes on behind
 ASIDE = 0.35  # cosine to the curve: what lies more along it is beyond its end, not beside it
 SNAPS = 24.0  # px: an outline this near draws a stroke onto itself
 
@@ -249,18 +251,20 @@ def ends_behind(context: Context, anchors: I64, roi: I64) -> bool:
 
     Then the form cannot follow the curve evenly: what lies behind the outline stays. It is so where
     vertices outside the region that are turned away from the eye lie beside many anchors, nearer
-    than a share of the curve's length. What lies beyond its ends does not count.
+    than a share of the curve's length, and few of the region's own do. What lies beyond its ends
+    does not count.
     """
     mesh, view = context.shown, context.view
     outside = np.setdiff1d(grown(mesh.topology, roi), roi)
     if len(outside) == 0:
         return False
     hidden = mesh.vertices[outside[_turned_away(mesh, outside, view)]]
-    if len(hidden) == 0:
-        return False
     curve = mesh.vertices[anchors]
+    if len(hidden) == 0 or len(curve) < 2:
+        return False
     length = float(np.linalg.norm(np.diff(curve, axis=0), axis=1).sum())
-    if len(curve) < 2:
+    own = roi[cKDTree(curve).query(mesh.vertices[roi])[0] < BESIDE * length]
+    if _turned_away(mesh, own, view).mean() > BACK:
         return False
     along = np.gradient(curve, axis=0)
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)

@@ -187,14 +187,16 @@ def test_an_error_is_one_sentence_and_the_document_stays(
     mouse.stroke(window, circle(window.viewport, 0, 0, 0.49, n=90))
     qtbot.waitUntil(lambda: bool(session.problems.sentence), timeout=30_000)
     assert session.document is first
-    assert "has no rim" in window.hint.text
+    assert "nothing is left that holds it" in window.hint.text
+    qtbot.keyClick(window.viewport, Qt.Key.Key_Escape)
+    assert "nothing is left" not in window.hint.text
     assert "Traceback" not in window.hint.text
     picture(window, artefacts, "error")
     window.toolbox.set_options("lasso", type(window.toolbox.options_of("lasso"))())
     region(window, qtbot, mouse)
     assert session.problems.sentence == ""
     mouse.stroke(window, [(4, 4), (30, 4), (60, 4)])
-    assert "not on the region" in window.hint.text
+    assert "beside the form" in window.hint.text
 
 
 def test_hold_b_shows_the_original(window: Window, qtbot) -> None:

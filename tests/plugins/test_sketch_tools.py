@@ -14,7 +14,7 @@ from engine import Decomposition, Document, Draft, EngineError, Mesh, View, deco
 from plugins.api import Hit, Pointer, Tool
 from plugins.brush import Brush, BrushOptions
 from plugins.feature import Feature
-from plugins.lasso import Lasso
+from plugins.lasso import Lasso, LassoOptions
 from plugins.pin import Pin
 from plugins.sketch import SourceOptions, SourceTool, TargetOptions, TargetTool, ends_behind
 
@@ -162,6 +162,9 @@ def test_a_click_is_no_lasso_and_an_empty_one_is_told(context: FlatContext) -> N
     assert do(Lasso(), context, [px(0, 0), px(1, 1)]) is None
     with pytest.raises(EngineError, match="Nothing was caught"):
         do(Lasso(), context, around(80, 80, 10))
+    context.options = LassoOptions(through=True)
+    with pytest.raises(EngineError, match="Circle a part of the form"):
+        do(Lasso(), context, around(80, 80, 10))
 
 
 def test_the_flow_hands_over_from_region_to_source_to_target(context: FlatContext) -> None:
@@ -243,6 +246,15 @@ def test_a_region_ends_behind_a_curve_only_where_it_ends_beside_it(
     edge = np.flatnonzero((np.abs(y) < 31) & (np.abs(x - 14.77) < 0.1) & (z > 0))
     assert len(edge) > 20
     assert ends_behind(context, edge, roi) is told
+
+
+def test_a_loop_around_a_tube_does_not_ask_for_the_back() -> None:
+    mesh = tube()
+    y = mesh.vertices[:, 1]
+    context = FlatContext(Document.open(mesh))
+    loop = np.flatnonzero(np.abs(y) < 0.1)
+    assert len(loop) == 36
+    assert not ends_behind(context, loop, np.flatnonzero(np.abs(y) < 20))
 
 
 def sketched(context: FlatContext) -> FlatContext:
