@@ -122,7 +122,7 @@ class Window(QMainWindow):
         session.busy_changed.connect(self._soon.start)
         host.tool_changed.connect(self.refresh)
         host.gesture_changed.connect(self.symmetry.settle)
-        host.gesture_changed.connect(self._soon.start)
+        host.gesture_changed.connect(self._gesture_changed)
         host.context.said.connect(self.hint.set_said)
         self.viewport.pointer.connect(host.pointer)
         self.viewport.cancelled.connect(host.cancel)
@@ -262,6 +262,12 @@ class Window(QMainWindow):
     def show_plugins(self) -> None:
         """List what was found, what failed to load and why, and the person's own files."""
         PluginList(self.toolhost, all_failures(), self).show()
+
+    def _gesture_changed(self) -> None:
+        if self.toolhost.in_gesture:
+            # What was said about the last stroke is no longer of use.
+            self.hint.set_notice("")
+        self._soon.start()
 
     def escape(self) -> None:
         """Close the gesture under way, or go one step back."""

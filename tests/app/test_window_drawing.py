@@ -494,6 +494,14 @@ def test_a_curve_on_the_outline_asks_for_the_back(window: Window, qtbot) -> None
     assert session.target_error < 1.0
 
 
+def test_what_was_said_of_a_stroke_goes_with_the_next(window: Window, qtbot) -> None:
+    region(window, qtbot, radius=0.1)
+    draw(window, qtbot, bow(window.viewport, (-0.05, 0.0), (0.18, 0.0)))
+    assert "Only" in window.hint.text
+    draw(window, qtbot, bow(window.viewport, (-0.05, 0.0), (0.05, 0.0), 0.2))
+    assert "Only" not in window.hint.text
+
+
 def test_curves_go_with_the_form_that_they_were_drawn_on(window: Window, qtbot) -> None:
     session, view = window.session, window.viewport
     region(window, qtbot)
