@@ -192,11 +192,12 @@ class LevelPanel(Panel):
             return
         k = known.mode_count(level)
         self.modes.setText(mode_words(known, k))
-        unit = document.unit
+        self.feature.setSuffix(f" {document.unit}")
+        size = known.wavelength(k)
+        if k > 0 and not math.isfinite(size):
+            return  # its mode is not there yet: what was shown stays until it comes
         with QSignalBlocker(self.feature):
-            self.feature.setSuffix(f" {unit}")
-            size = known.wavelength(k)
-            self.feature.setValue(size if math.isfinite(size) else 0.0)
+            self.feature.setValue(size if k > 0 else 0.0)
         # Many places of the slider stand for the same mode: it stays where the person left it.
         if count_at(known, self.feature_slider.value() / TICKS) != k:
             with QSignalBlocker(self.feature_slider):
