@@ -94,7 +94,7 @@ def test_every_point_of_a_pen_is_in_the_stroke_and_the_form_is_not_drawn_for_it(
     drawn = view.overlay._ink.path
     assert len(drawn) == len(path), "none is left out"
     assert np.abs(drawn - path).max() < 0.01, "fractions of pixels are kept"
-    assert view.renders == rendered
+    assert view.renders - rendered <= 2, "of 500 points; what the window still had to draw may come"
     pen.send(view, "release", path[-1], NONE)
     qtbot.waitUntil(settled(window), timeout=30_000)
     assert window.session.document.draft.roi is not None
