@@ -11,6 +11,7 @@ import numpy as np
 from PySide6.QtCore import QObject, Qt, Signal
 
 from engine import History, HistoryState, Moment
+from engine.files.place import Stamp
 from engine.files.report import shown
 from engine.journal import Recoverable, Why, same_state
 from engine.scribe import Scribe
@@ -27,8 +28,11 @@ class Journalled(Protocol):
     document_changed: Signal
     history: History | None
     path: Path | None
+    stamp: Stamp | None
 
-    def take_up(self, history: History, path: Path | None = None) -> None: ...
+    def take_up(
+        self, history: History, path: Path | None = None, stamp: Stamp | None = None
+    ) -> None: ...
 
 
 class Autosave(QObject):
@@ -84,14 +88,15 @@ class Autosave(QObject):
     def saved(self, path: Path, state: HistoryState) -> None:
         """Note that `state` is safe in the document file `path`."""
         self._safe = state
-        self._scribe.saved(str(path), state)
+        stamp = self._session.stamp if self._session.path == path else None
+        self._scribe.saved(str(path), state, stamp)
         self.unsaved_changed.emit()
 
     def restore(self, found: Recoverable) -> None:
         """Open what a journal holds; that journal goes once the new one has it all."""
         self._restoring = found
         path = Path(found.saved_to) if found.saved_to else None
-        self._session.take_up(History.from_state(found.state), path)
+        self._session.take_up(History.from_state(found.state), path, found.stamp)
 
     def end(self, keep: Why | None = None) -> None:
         """End the journal for good: without `keep` nothing of it stays."""
@@ -118,10 +123,9 @@ class Autosave(QObject):
         self._latest = state
         self._safe = None if found is not None else state
         path = self._session.path
-        if found is not None:
-            self._scribe.begin(state, None, found.discard)
-        else:
-            self._scribe.begin(state, "" if path is None else str(path))
+        file = "" if path is None else str(path)
+        then = None if found is None else found.discard
+        self._scribe.begin(state, file, self._session.stamp, safe=found is None, then=then)
         self.unsaved_changed.emit()
 
     def _changed(self) -> None:

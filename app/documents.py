@@ -46,7 +46,6 @@ class Documents(QObject):
         self._viewport = viewport
         self._window = window
         self.pictures: Callable[[], Mapping[int, bytes]] = dict
-        self._known: tuple[Path, Stamp | None] | None = None
         files.unpacked.connect(self._unpacked)
 
     @property
@@ -59,8 +58,7 @@ class Documents(QObject):
         """Save to the file that is open, or ask for one; `then` follows when all is safe."""
         path = self.path
         if path is not None:
-            known = self._known[1] if self._known and self._known[0] == path else None
-            self.save_to(path, then, known)
+            self.save_to(path, then, self._session.stamp)
         else:
             self.save_as(then)
 
@@ -116,7 +114,7 @@ class Documents(QObject):
         def done(stamp: Stamp | None) -> None:
             if self._session.history is history:
                 self._session.path = path
-                self._known = (path, stamp)
+                self._session.stamp = stamp
                 self.saved.emit(path, state)
             self._session.noticed.emit(f"Saved to {shown(path.name)}")
             if then is not None:
@@ -139,7 +137,6 @@ class Documents(QObject):
         return {"eye": to_plain(self._viewport.eye, _no_arrays)}
 
     def _unpacked(self, archive: Archive) -> None:
-        self._known = None if self.path is None else (self.path, archive.stamp)
         try:
             eye = from_plain(Eye, archive.window.get("eye"), _no_fetch)
         except EngineError:

@@ -75,7 +75,7 @@ class Files(QObject):
     def _open_document(self, path: Path) -> None:
         def done(archive: Archive) -> None:
             # What was lost of a damaged file may yet be wanted: it is not saved over.
-            self._session.take_up(archive.history, None if archive.report else path)
+            self._session.take_up(archive.history, None if archive.report else path, archive.stamp)
             self.unpacked.emit(archive)
             if archive.report:
                 self._session.problems.say(" ".join(archive.report))

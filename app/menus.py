@@ -10,6 +10,7 @@ from app.files import Files
 from app.recent import recent
 from app.session import Session
 from app.viewport import Viewport
+from engine.files.report import shown
 
 
 class Menus(QObject):
@@ -69,8 +70,8 @@ class Menus(QObject):
     def _fill_recent(self) -> None:
         self.recent.clear()
         for path in recent():
-            action = self.recent.addAction(path.name, lambda p=path: self._files.open(p))
-            action.setToolTip(str(path))
+            action = self.recent.addAction(shown(path.name), lambda p=path: self._files.open(p))
+            action.setToolTip(shown(str(path)))
         self.recent.setEnabled(bool(self.recent.actions()))
 
     def _fill_regions(self) -> None:

@@ -24,6 +24,7 @@ from engine import (
     Step,
 )
 from engine.arrays import I64, frozen
+from engine.files.place import Stamp
 from engine.view import View
 
 
@@ -35,6 +36,7 @@ class Session(QObject):
     jobs : the engine's thread.
     history : every document there was, or None before the first file.
     path : the file that is open, if it is one.
+    stamp : what tells whether somebody else has changed this file since; None if not known.
     problems : the sentence that is shown about what went wrong.
 
     Signals
@@ -64,6 +66,7 @@ class Session(QObject):
         super().__init__(parent)
         self.history: History | None = None
         self.path: Path | None = None
+        self.stamp: Stamp | None = None
         self.problems = Problems(self)
         self._coalescing: tuple[int, str] | None = None
         self.jobs = Jobs(self)
@@ -154,13 +157,16 @@ class Session(QObject):
         """Begin a new history with `document`."""
         self.take_up(History(document, label), path)
 
-    def take_up(self, history: History, path: Path | None = None) -> None:
+    def take_up(
+        self, history: History, path: Path | None = None, stamp: Stamp | None = None
+    ) -> None:
         """Go on with a whole history, as it was read from a file or recovered."""
         self.jobs.cancel("apply")
         self._showing.clear()
         self.jobs.memo.clear()
         self.history = history
         self.path = path
+        self.stamp = stamp
         self.opened.emit()
         self._moved_on(flowing=False)
 

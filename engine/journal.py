@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from engine.document import HistoryState, Moment
 from engine.errors import EngineError, FileError
 from engine.filelock import try_lock
-from engine.files.place import push_folder, sentence
+from engine.files.place import Stamp, push_folder, sentence
 from engine.npy import npy_array, npy_header
 from engine.packing import (
     Packer,
@@ -48,7 +48,8 @@ _ARRAY, _JSON = 1, 2
 
 
 class Journal:
-    """One open journal file. It is used by one thread at a time.
+    """One open journal file. One thread writes to it; another may push it to the disk meanwhile,
+    and ends it.
 
     Parameters
     ----------
@@ -62,9 +63,11 @@ class Journal:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
+        self._file_note: tuple[str, Stamp | None] | None = None
+        self._replaced: list[tuple[BinaryIO, Path]] = []
         self._begin()
 
-    def _begin(self) -> None:
+    def _begin(self, instead_of: Path | None = None) -> None:
         """Start a file that holds nothing yet."""
         name = f"{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}-{secrets.token_hex(4)}{ENDING}"
         self.path = self._folder / name
@@ -74,12 +77,12 @@ class Journal:
         except OSError as error:
             raise _failure(error) from error
         try:
-            self._start_file()
+            self._start_file(instead_of)
         except EngineError:
             self._file.close()
             raise
 
-    def _start_file(self) -> None:
+    def _start_file(self, instead_of: Path | None) -> None:
         # Another program that looks for journals right now may hold an empty file for an instant.
         for _attempt in range(50):
             if try_lock(self._file) is not False:
@@ -89,18 +92,23 @@ class Journal:
         self._written: dict[int, Moment] = {}
         self._place: tuple[int, dict[int, int]] | None = None
         self._whole_size = 0
-        self._append({"event": "begun", "eigenform": FORMAT_VERSION})
+        begun: dict[str, Any] = {"event": "begun", "eigenform": FORMAT_VERSION}
+        if instead_of is not None:
+            begun["instead_of"] = instead_of.name
+        self._append(begun)
 
     def write(self, state: HistoryState) -> None:
         """Write what is new in `state`; when it returns, a kill of the program loses none of it."""
         if self._whole_size and self._file.tell() > self._whole_size + REWRITE_ABOVE:
-            old = self._file
-            old_path = self.path
-            self._begin()
-            self._write(state)
-            self.sync()
-            old.close()
-            old_path.unlink(missing_ok=True)
+            old = (self._file, self.path)
+            try:
+                self._begin(self.path)
+                if self._file_note is not None:
+                    self.belongs_to(*self._file_note)
+                self._write(state)
+            finally:
+                # It goes once a power cut cannot take the new one.
+                self._replaced.append(old)
             return
         self._write(state)
 
@@ -129,37 +137,57 @@ class Journal:
             }
         )
 
-    def saved(self, path: str, state: HistoryState) -> None:
-        """Note that `state` is safe in a file; what differs from it by now is still unsaved."""
+    def belongs_to(self, path: str, stamp: Stamp | None) -> None:
+        """Note the file that the document is of, before a state that is not safe in it."""
+        self._file_note = (path, stamp)
+        self._append({"event": "saved", "path": path, "stamp": stamp})
+
+    def saved(self, path: str, state: HistoryState, stamp: Stamp | None = None) -> None:
+        """Note that `state` is safe in a file; what differs from it by now is still unsaved.
+
+        The `stamp` is what the file had then.
+        """
         newest = HistoryState(self._written, *self._place) if self._place else state
-        self._append({"event": "saved", "path": path})
+        self.belongs_to(path, stamp)
         if not same_state(newest, state):
             self._append_state(newest, [], [])
 
     def sync(self) -> None:
         """Have the bytes survive a power cut."""
+        # In this order: what was replaced by now was replaced by this file or one before it.
+        count = len(self._replaced)
+        file = self._file
         try:
-            os.fsync(self._file.fileno())
+            os.fsync(file.fileno())
             push_folder(self._folder)
         except OSError as error:
             raise _failure(error) from error
+        for _ in range(count):
+            old, path = self._replaced.pop(0)
+            old.close()
+            path.unlink(missing_ok=True)
 
     def remove(self) -> None:
         """End the journal and its file: nothing in it is needed."""
-        self._file.close()
-        self.path.unlink(missing_ok=True)
+        for file, path in (*self._replaced, (self._file, self.path)):
+            file.close()
+            path.unlink(missing_ok=True)
 
     def abandon(self) -> None:
         """Let go of a file that could not be written to; the next start finds what it holds."""
-        self._file.close()
+        for file, _path in (*self._replaced, (self._file, self.path)):
+            file.close()
 
-    def keep(self, why: Why) -> None:
+    def closed(self, why: Why) -> None:
+        """Note why the document was closed."""
+        self._append({"event": "closed", "why": why})
+
+    def keep(self) -> None:
         """End the journal and keep its file for the next start."""
         try:
-            self._append({"event": "closed", "why": why})
             self.sync()
         finally:
-            self._file.close()
+            self.abandon()
 
     def _store(self, _key: str, array: NDArray[Any]) -> None:
         self._record(_ARRAY, npy_header(array) + array.tobytes())
@@ -194,6 +222,13 @@ def same_state(a: HistoryState, b: HistoryState) -> bool:
     )
 
 
+def _stamp(data: Any) -> Stamp | None:
+    if data is None:
+        return None
+    size, when = data
+    return int(size), int(when)
+
+
 @dataclass(eq=False)
 class Recoverable:
     """A document that a journal holds; its journal stays locked until this is discarded.
@@ -203,6 +238,7 @@ class Recoverable:
     path : the journal's file.
     state : the history, up to the last state that was written whole.
     saved_to : the file it was opened from or last saved to; "" if there is none.
+    stamp : the stamp that this file had then; None if that is not known.
     why : "crash" when its program ended without closing it, "closed" when it was closed with
         unsaved changes and without a question, "set aside" when the person chose not to save.
     time : when the last state was written, in seconds since the epoch.
@@ -212,6 +248,7 @@ class Recoverable:
     path: Path
     state: HistoryState
     saved_to: str
+    stamp: Stamp | None
     why: Why
     time: float
     report: tuple[str, ...]
@@ -244,6 +281,7 @@ def recover(folder: Path, kinds: Kinds) -> list[Recoverable]:
     kinds : the steps that are known.
     """
     found: list[Recoverable] = []
+    replaced: set[str] = set()
     for path in sorted(folder.glob("*" + ENDING)):
         try:
             lock = path.open("r+b")
@@ -254,6 +292,8 @@ def recover(folder: Path, kinds: Kinds) -> list[Recoverable]:
             continue
         reading = _Reading()
         reading.read(path)
+        if reading.moments and not reading.damaged:
+            replaced.add(reading.instead_of)
         kept = reading.recoverable(path, kinds, lock) if reading.worth_keeping else None
         if kept is not None:
             found.append(kept)
@@ -261,6 +301,10 @@ def recover(folder: Path, kinds: Kinds) -> list[Recoverable]:
             lock.close()
             if reading.worthless(path):
                 path.unlink(missing_ok=True)
+    # Killed after a long journal was written anew, before the old one was gone.
+    for old in [one for one in found if one.path.name in replaced]:
+        found.remove(old)
+        old.discard()
     return sorted(found, key=lambda one: -one.time)
 
 
@@ -286,6 +330,8 @@ class _Reading:
         self.redo: Any = {}
         self.time = 0.0
         self.saved_to = ""
+        self.stamp: Stamp | None = None
+        self.instead_of = ""
         self.unsaved = False
         self.why: Why = "crash"
         self.newer = False
@@ -311,6 +357,7 @@ class _Reading:
         name = event["event"]
         if name == "begun":
             self.newer = event["eigenform"] > FORMAT_VERSION
+            self.instead_of = str(event.get("instead_of", ""))
         elif name == "entry":
             self.tables[event["table"]][event["key"]] = event["entry"]
         elif name == "moment":
@@ -319,6 +366,7 @@ class _Reading:
             self._state(event)
         elif name == "saved":
             self.saved_to = str(event["path"])
+            self.stamp = _stamp(event.get("stamp"))
             self.unsaved = False
         elif name == "closed" and event["why"] in ("crash", "closed", "set aside"):
             self.why = event["why"]
@@ -360,7 +408,9 @@ class _Reading:
             )
         if state.current_id != self.current:
             report.append("What was open is lost; the newest state that is left is shown.")
-        return Recoverable(path, state, self.saved_to, self.why, self.time, tuple(report), lock)
+        return Recoverable(
+            path, state, self.saved_to, self.stamp, self.why, self.time, tuple(report), lock
+        )
 
     def _fetch(self, key: str) -> NDArray[Any]:
         if key not in self.arrays:

@@ -85,8 +85,9 @@ def killed(window: Window) -> None:
     """Let go of the journal as a kill of the program does: its bytes are there, its lock is not."""
     scribe = window.safety.autosave._scribe
     assert scribe.flush()
-    scribe._journal.abandon()
-    scribe._journal = None
+    journal, scribe._journal = scribe._journal, None
+    scribe._pusher.soon(journal, journal.abandon)
+    assert scribe.flush()
 
 
 # ---- exceptions

@@ -12,9 +12,11 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QLabel, QMessageBox
 
+from app.recent import recent
 from app.window import Window
 from engine import save
 from engine.archive import open_archive
+from engine.files.place import stamp_of
 from plugins.registry import kinds
 from tests.app.driving import settled
 
@@ -52,6 +54,47 @@ def test_a_window_does_not_save_over_what_another_one_saved(
     assert list(open_archive(path, kinds()).state.current.regions) == ["mine"]
     with qtbot.waitSignal(one.documents.saved):
         one.documents.save()
+
+
+def test_restored_work_is_not_saved_over_what_another_window_saved(
+    make_window: Callable[..., Window], sphere, qtbot, tmp_path: Path
+) -> None:
+    path = tmp_path / "shared.eigenform"
+    killed, other = make_window(sphere), make_window(sphere)
+    killed.keep_safe(tmp_path / "state")
+    with qtbot.waitSignal(killed.documents.saved):
+        killed.documents.save_to(path)
+    for window in (killed, other):
+        with qtbot.waitSignal(window.files.unpacked):
+            window.files.open(path)
+        qtbot.waitUntil(settled(window))
+    session = killed.session
+    session.change(session.document.with_region("mine", sphere.faces[0]), "Region")
+    killed.safety.autosave.end("crash")
+    # Killed a second time, it is still known.
+    restored: list[Window] = []
+    for _ in range(2):
+        window = make_window(sphere)
+        restored.append(window)
+        window.keep_safe(tmp_path / "state")
+        bar = window.safety.bar
+        qtbot.waitUntil(bar.isVisible)
+        qtbot.mouseClick(bar.buttons["Restore"], Qt.MouseButton.LeftButton)
+        qtbot.waitUntil(settled(window))
+        assert "mine" in window.session.document.regions
+        assert (window.session.path, window.session.stamp) == (path, stamp_of(path))
+        window.safety.autosave.end("crash")
+    again = restored[-1]
+    session = other.session
+    session.change(session.document.with_region("theirs", sphere.faces[0]), "Region")
+    with qtbot.waitSignal(other.documents.saved):
+        other.documents.save()
+    again.documents.save()
+    qtbot.waitUntil(lambda: bool(again.session.problems.sentence))
+    assert "another window or program has changed the file" in again.session.problems.sentence
+    assert list(open_archive(path, kinds()).state.current.regions) == ["theirs"]
+    for window in (killed, *restored):
+        window.safety.leave()
 
 
 @pytest.mark.parametrize("content", ["nothing", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nf 1 2 3\n"])
@@ -137,6 +180,7 @@ def test_a_name_of_any_bytes_goes_through_the_window(
     assert session.problems.sentence == ""
     assert told[-1].startswith("Exported to ")
     assert exported.is_file()
+    assert recent()[0] == document
     (found,) = (tmp_path / "state" / "journals").iterdir()
     assert found.stat().st_size > 1000
     window.safety.leave()
