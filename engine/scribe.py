@@ -23,8 +23,8 @@ from engine.pusher import Pusher
 
 log = logging.getLogger(__name__)
 
-PATIENCE = 0.25
-"""Seconds that a state waits at most for the one before it to be written."""
+PATIENCE = 0.03
+"""Seconds a state waits at most for the one before it to be written: the window hands it over."""
 RETRY_SECONDS = 10.0
 """After a failure (a full disk) the next attempt waits this long, unless something is closed."""
 

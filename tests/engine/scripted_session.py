@@ -62,7 +62,7 @@ def main(folder: Path, seed: int) -> None:
         sys.stdout.write(f"{number} {time.monotonic()}\n")
         sys.stdout.flush()
         # The hand of a person who scribbles faster than anyone can.
-        time.sleep(dice.uniform(0.01, 0.03))
+        time.sleep(dice.uniform(0.04, 0.12))
 
 
 if __name__ == "__main__":
