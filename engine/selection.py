@@ -69,14 +69,29 @@ def without_specks(topology: Topology, roi: I64, share: float) -> I64:
     share : what is cut off from the rest of the mesh by the region, and has at most this share of
         its vertices, is a speck.
     """
+    limit = share * len(roi)
     outside = topology.used_vertices & ~_mask(topology, roi)
-    ids = np.flatnonzero(outside)
-    inner = sp.csr_array(topology.adjacency[ids][:, ids])
-    parts = connected_components(inner, directed=False)[1]
-    beside = np.zeros(parts.max(initial=-1) + 1, dtype=bool)
-    beside[parts[_neighbours_inside(topology, ~outside)[ids] > 0]] = True
-    specks = beside & (np.bincount(parts, minlength=len(beside)) <= share * len(roi))
-    return np.union1d(roi, ids[specks[parts]])
+    large = np.zeros_like(outside)  # known to hang together with more than the limit
+    taken = [roi]
+    # From the rim outwards ring by ring, so that the rest of a large mesh is never looked at.
+    near = np.unique(topology.adjacency[roi].indices)
+    near = near[outside[near]]
+    while len(near):
+        rows = topology.adjacency[near]
+        own, other = np.repeat(np.arange(len(near)), np.diff(rows.indptr)), rows.indices
+        place = np.minimum(np.searchsorted(near, other), len(near) - 1)
+        inner = near[place] == other
+        links = (np.ones(inner.sum(), dtype=bool), (own[inner], place[inner]))
+        count, parts = connected_components(sp.coo_array(links, shape=(len(near),) * 2), False)
+        further = outside[other] & ~inner
+        grows = np.bincount(parts[own[further]], minlength=count) > 0
+        beyond = np.bincount(parts[own[large[other]]], minlength=count) > 0
+        beyond |= np.bincount(parts, minlength=count) > limit
+        large[near[beyond[parts]]] = True
+        taken.append(near[(~beyond & ~grows)[parts]])
+        open_ones = (~beyond & grows)[parts]
+        near = np.union1d(near[open_ones], other[further & open_ones[own]])
+    return np.unique(np.concatenate(taken))
 
 
 def seen_through(mesh: Mesh, roi: I64, view: View) -> I64:

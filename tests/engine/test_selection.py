@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.sparse.csgraph import connected_components
 
 from engine import Mesh
 from engine.selection import (
@@ -78,6 +79,18 @@ def test_specks_left_out_all_around_are_taken(plate: Mesh) -> None:
         np.vstack([plate.faces, [[len(plate.vertices) + k for k in range(3)]]]),
     )
     assert (without_specks(two.topology, torn, 0.9) == roi).all(), "another part stays out"
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_specks_are_those_of_the_whole_graph(plate: Mesh, seed: int) -> None:
+    dice = np.random.default_rng(seed)
+    roi = np.flatnonzero(dice.random(plate.n) < (0.45, 0.6, 0.75, 0.9)[seed % 4])
+    rest = np.setdiff1d(np.arange(plate.n), roi)
+    parts = connected_components(plate.topology.adjacency[rest][:, rest], directed=False)[1]
+    sizes = np.bincount(parts)[parts]
+    for share in (0.0, 2 / len(roi), 0.03, 2.0):
+        expected = np.union1d(roi, rest[sizes <= share * len(roi)])
+        assert (without_specks(plate.topology, roi, share) == expected).all()
 
 
 def test_inverting_stays_on_the_parts_that_the_region_touches(plate: Mesh) -> None:
