@@ -36,6 +36,8 @@ QLineEdit, QSpinBox, QDoubleSpinBox, QComboBox { background: palette(base); colo
     selection-background-color: palette(highlight); selection-color: palette(highlighted-text); }
 QCheckBox::indicator:unchecked { background: palette(base);
     border: 1px solid palette(placeholder-text); border-radius: 3px; }
+QCheckBox { outline: 0; border-bottom: 2px solid transparent; }
+QCheckBox:focus { border-bottom: 2px solid palette(highlight); }
 QLineEdit:focus, QSpinBox:focus, QDoubleSpinBox:focus, QComboBox:focus {
     border: 1px solid palette(highlight); }
 QLineEdit:disabled, QSpinBox:disabled, QDoubleSpinBox:disabled, QComboBox:disabled {
