@@ -11,7 +11,6 @@ from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QCheckBox,
-    QDoubleSpinBox,
     QGridLayout,
     QHBoxLayout,
     QLabel,
@@ -24,6 +23,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.look import PIN, SOURCE, TARGET, Theme, icon
+from app.panels.decimal_field import DecimalField
 from app.panels.panel import GRID, Choice, Panel, plain_number
 from app.session import Session
 from app.symmetry import Symmetry
@@ -66,7 +66,7 @@ class EditPanel(Panel):
         self._amount_words = QLabel(self)
         self._amount_words.setMinimumWidth(44)
         self._amount_words.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        self.depth = QDoubleSpinBox(self)
+        self.depth = DecimalField(self)
         self.depth.setRange(0.0, 10.0)
         self.depth.setDecimals(3)
         self.depth.setSingleStep(0.01)

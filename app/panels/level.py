@@ -6,7 +6,6 @@ import math
 
 from PySide6.QtCore import QSignalBlocker, Qt, QTimer
 from PySide6.QtWidgets import (
-    QDoubleSpinBox,
     QGridLayout,
     QHBoxLayout,
     QLabel,
@@ -19,6 +18,7 @@ from PySide6.QtWidgets import (
 from app.look import Theme, icon
 from app.modes import ModesViewer
 from app.panels.charts import Histogram, LevelCurve
+from app.panels.decimal_field import DecimalField
 from app.panels.panel import GRID, Panel, plain_number
 from app.session import Session
 from engine import Decomposition
@@ -263,8 +263,8 @@ def mode_words(known: Decomposition, k: int) -> str:
     return f"{k:,} of {known.m:,}"
 
 
-def _number(suffix: str, low: float, high: float, decimals: int, name: str) -> QDoubleSpinBox:
-    box = QDoubleSpinBox()
+def _number(suffix: str, low: float, high: float, decimals: int, name: str) -> DecimalField:
+    box = DecimalField()
     box.setRange(low, high)
     box.setDecimals(decimals)
     box.setSuffix(suffix)

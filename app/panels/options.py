@@ -9,7 +9,6 @@ from typing import Any
 
 from PySide6.QtWidgets import (
     QCheckBox,
-    QDoubleSpinBox,
     QHBoxLayout,
     QLabel,
     QLineEdit,
@@ -17,6 +16,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.panels.decimal_field import DecimalField
 from app.panels.panel import GRID, Choice, plain_number
 
 
@@ -61,12 +61,10 @@ class OptionsRow(QWidget):
             choice.activated.connect(lambda _i: self._set(one.name, choice.currentData()))
             return choice
         if kind in (int, float):
-            number: QSpinBox | QDoubleSpinBox = (
-                QSpinBox(self) if kind is int else QDoubleSpinBox(self)
-            )
+            number: QSpinBox | DecimalField = QSpinBox(self) if kind is int else DecimalField(self)
             number.setRange(meta.get("min", 0), meta.get("max", 1_000_000))
             number.setSingleStep(meta.get("step", 1))
-            if isinstance(number, QDoubleSpinBox):
+            if isinstance(number, DecimalField):
                 number.setDecimals(meta.get("decimals", 2))
             if "unit" in meta:
                 number.setSuffix(f" {meta['unit']}")
