@@ -41,17 +41,11 @@ from engine.files.place import (
 from engine.files.report import shown
 from engine.mesh import Mesh
 from engine.npy import npy_array, npy_header
-from engine.packing import (
-    Packer,
-    Unpacker,
-    array_key,
-    history_state,
-    json_bytes,
-    readable_moments,
-    redo_links,
-)
+from engine.packing import Packer, array_key, json_bytes
 from engine.recipe import Kinds
 from engine.run import Run
+from engine.salvage import history_state, readable_moments, redo_links
+from engine.unpacking import Unpacker
 
 if TYPE_CHECKING:
     from typing_extensions import Buffer

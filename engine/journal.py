@@ -23,17 +23,11 @@ from engine.errors import EngineError, FileError
 from engine.filelock import try_lock
 from engine.files.place import Stamp, push_folder, sentence
 from engine.npy import npy_array, npy_header
-from engine.packing import (
-    Packer,
-    Unpacker,
-    array_key,
-    history_state,
-    json_bytes,
-    readable_moments,
-    redo_links,
-)
+from engine.packing import Packer, array_key, json_bytes
 from engine.recipe import Kinds
 from engine.records import DAMAGED, append_record, read_records
+from engine.salvage import history_state, readable_moments, redo_links
+from engine.unpacking import Unpacker
 
 ENDING = ".journal"
 FORMAT_VERSION = 1
