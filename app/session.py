@@ -14,6 +14,7 @@ from app.jobs import Jobs
 from app.problems import Problems
 from app.showing import Showing
 from app.stepping import Stepping
+from app.turn import Turn
 from engine import (
     Decomposition,
     Document,
@@ -38,6 +39,7 @@ class Session(QObject):
     path : the file that is open, if it is one.
     stamp : what tells whether somebody else has changed this file since; None if not known.
     problems : the sentence that is shown about what went wrong.
+    turn : the change under way; what shows the document asks it to be called once at its end.
 
     Signals
     -------
@@ -68,6 +70,7 @@ class Session(QObject):
         self.path: Path | None = None
         self.stamp: Stamp | None = None
         self.problems = Problems(self)
+        self.turn = Turn()
         self._coalescing: tuple[int, str] | None = None
         self.jobs = Jobs(self)
         self._showing = Showing(self.jobs, self)
@@ -167,8 +170,9 @@ class Session(QObject):
         self.history = history
         self.path = path
         self.stamp = stamp
-        self.opened.emit()
-        self._moved_on(flowing=False)
+        with self.turn.under_way():
+            self.opened.emit()
+            self._moved_on(flowing=False)
 
     def change(self, document: Document, label: str) -> None:
         """Make `document` the current one."""
@@ -284,11 +288,12 @@ class Session(QObject):
     def _moved_on(self, *, flowing: bool) -> None:
         document = self.document
         assert document is not None
-        self.problems.clear()
-        self._showing.follow(document, details=self.rests_on_details)
-        self.document_changed.emit()
-        self._showing.show(flowing)
-        self.busy_changed.emit()
+        with self.turn.under_way():
+            self.problems.clear()
+            self._showing.follow(document, details=self.rests_on_details)
+            self.document_changed.emit()
+            self._showing.show(flowing)
+            self.busy_changed.emit()
 
     # ---- steps and previews
 

@@ -50,9 +50,9 @@ class Status(QStatusBar):
         self._late.setInterval(SHOWN_AFTER)
         self._late.timeout.connect(self._appear)
         session.progressed.connect(self._progressed)
-        session.busy_changed.connect(self.refresh)
-        session.document_changed.connect(self.refresh)
-        session.decomposition_changed.connect(self.refresh)
+        session.busy_changed.connect(self._keep_up)
+        session.document_changed.connect(self._keep_up)
+        session.decomposition_changed.connect(self._keep_up)
         session.shown_changed.connect(self._moved)
 
     @property
@@ -69,6 +69,9 @@ class Status(QStatusBar):
         if self._channel:
             self._session.cancel(self._channel)
 
+    def _keep_up(self) -> None:
+        self._session.turn.once(self.refresh)
+
     def refresh(self) -> None:
         """Show the figures of the current document, and whether work is under way."""
         self._figures.setText(self._line())
@@ -76,8 +79,7 @@ class Status(QStatusBar):
         if busy != self._channel:
             self._channel = busy
             self._words.setText(WORDS.get(busy, ""))
-            self._bar.setRange(0, 0 if busy in UNMEASURED else 1000)
-            self._bar.setValue(0)
+            self._advance(0 if busy in UNMEASURED else 1000, 0)
             self._late.setInterval(STILL_AFTER if busy == "solve" else SHOWN_AFTER)
             self._late.stop()
         if not busy:
@@ -88,7 +90,7 @@ class Status(QStatusBar):
     def _moved(self) -> None:
         if self._channel == "solve":
             self._disappear()  # the form follows the hand: nobody waits for it
-        self.refresh()
+        self._keep_up()
 
     def _disappear(self) -> None:
         self._late.stop()
@@ -106,9 +108,15 @@ class Status(QStatusBar):
         known = self._session.decomposition
         if channel == "decompose" and known is not None and known.k:
             text = "Modes"  # how many there are stands among the figures
-        self._bar.setRange(0, 1000)
-        self._bar.setValue(round(fraction * 1000))
+        self._advance(1000, round(fraction * 1000))
         self._words.setText(text)
+
+    def _advance(self, most: int, value: int) -> None:
+        # Qt repaints a bar, and the form below it, at once and not with the next frame.
+        self._bar.setUpdatesEnabled(False)
+        self._bar.setRange(0, most)
+        self._bar.setValue(value)
+        self._bar.setUpdatesEnabled(True)
 
     def _line(self) -> str:
         document = self._session.document

@@ -111,16 +111,16 @@ class Window(QMainWindow):
 
     def _connect(self) -> None:
         session, host = self.session, self.toolhost
-        # One stroke makes work begin and end several times: one look at all of it is enough.
+        # Work begins and ends several times in a stroke: one look at it afterwards is enough.
         self._soon = QTimer(self)
         self._soon.setSingleShot(True)
         self._soon.timeout.connect(self.refresh)
-        session.document_changed.connect(self.refresh)
+        session.document_changed.connect(self._keep_up)
         session.opened.connect(self._opened)
         session.problems.changed.connect(self.hint.set_problem)
         session.noticed.connect(self.hint.set_notice)
         session.busy_changed.connect(self._soon.start)
-        host.tool_changed.connect(self.refresh)
+        host.tool_changed.connect(self._keep_up)
         host.gesture_changed.connect(self.symmetry.settle)
         host.gesture_changed.connect(self._gesture_changed)
         host.context.said.connect(self.hint.set_said)
@@ -158,6 +158,9 @@ class Window(QMainWindow):
             part.dress(theme)
 
     # ---- keeping in step
+
+    def _keep_up(self) -> None:
+        self.session.turn.once(self.refresh)
 
     def refresh(self) -> None:
         """Show what the session and the tool host say."""
@@ -206,7 +209,7 @@ class Window(QMainWindow):
         if self.up_axis != axis:
             self.viewport.set_up_axis(axis)
             self.viewport.frame(animate=False)
-            self.refresh()
+            self._keep_up()
 
     @property
     def up_axis(self) -> str:

@@ -132,8 +132,8 @@ class EditPanel(Panel):
         )
         self.symmetry.activated.connect(self._symmetry_chosen)
         self.rectify.toggled.connect(lambda on: self._set(lambda o: replace(o, rectify=on)))
-        session.document_changed.connect(self.refresh)
-        session.busy_changed.connect(self.refresh)
+        session.document_changed.connect(self._keep_up)
+        session.busy_changed.connect(self._keep_up)
         self.refresh()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
@@ -155,6 +155,9 @@ class EditPanel(Panel):
         document = self._session.document
         if document is not None:
             self._session.set_options(change(document.draft.options))
+
+    def _keep_up(self) -> None:
+        self._session.turn.once(self.refresh)
 
     def refresh(self) -> None:
         """Show the draft of the current document."""

@@ -110,8 +110,8 @@ class LevelPanel(Panel):
         self._charts.setSingleShot(True)
         self._charts.setInterval(CHART_MS)
         self._charts.timeout.connect(self._show_charts)
-        session.document_changed.connect(self.refresh)
-        session.decomposition_changed.connect(self.refresh)
+        session.document_changed.connect(self._keep_up)
+        session.decomposition_changed.connect(self._keep_up)
         self.refresh()
 
     def _between(self, low: str, slider: QSlider, high: str) -> QHBoxLayout:
@@ -167,6 +167,9 @@ class LevelPanel(Panel):
         self.curve.dress(theme)
         for label in self._ends:
             label.setStyleSheet(f"color: {theme.faint};")
+
+    def _keep_up(self) -> None:
+        self._session.turn.once(self.refresh)
 
     def refresh(self) -> None:
         """Show the level of the current document."""

@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
 
 from app.panels.panel import GRID, Panel
 from app.session import Session
-from engine import History
+from engine import History, Moment
 
 THUMBNAIL = QSize(64, 48)
 ID = Qt.ItemDataRole.UserRole
@@ -42,23 +42,23 @@ def rows(history: History) -> list[Row]:
     A chain without branches stands on one line each at the same depth; only branches indent.
     """
     moments = history.moments
-    shown: list[int] = []
-    for moment in sorted(moments.values(), key=lambda one: one.id):
-        before = None if moment.parent is None else moments[moment.parent].document
-        applied = before is None or moment.document.recipe is not before.recipe
-        if applied or moment.name or moment.id == history.current_id:
-            shown.append(moment.id)
+    resting = {one for one, moment in moments.items() if _rests(history, moment)}
+    shown = resting | {history.current_id}
     made: list[Row] = []
-    for one in shown:
-        parent = moments[one].parent
+    for one in sorted(shown):
+        moment = moments[one]
+        parent = moment.parent
         while parent is not None and parent not in shown:
             parent = moments[parent].parent
-        resting = moments[one].name != "" or parent is None
-        resting = resting or (
-            moments[one].document.recipe is not moments[moments[one].parent or 0].document.recipe
-        )
-        made.append(Row(one, parent, moments[one].name or moments[one].label, resting))
+        made.append(Row(one, parent, moment.name or moment.label, one in resting))
     return made
+
+
+def _rests(history: History, moment: Moment) -> bool:
+    """Whether a moment has a line of its own, also when it is not the current one."""
+    if moment.parent is None or moment.name:
+        return True
+    return moment.document.recipe is not history.moments[moment.parent].document.recipe
 
 
 class StepsPanel(Panel):
@@ -76,6 +76,8 @@ class StepsPanel(Panel):
         self._session = session
         self._icons: dict[int, QIcon] = {}
         self._pictures: dict[int, QPixmap] = {}
+        self._shown: list[tuple[Row, QIcon | None]] = []
+        self._items: dict[int, QTreeWidgetItem] = {}
         self.tree = QTreeWidget(self)
         self.tree.setAccessibleName("Steps and variants")
         self.tree.setHeaderHidden(True)
@@ -108,7 +110,7 @@ class StepsPanel(Panel):
         self.body.addLayout(buttons)
         session.opened.connect(self._icons.clear)
         session.opened.connect(self._pictures.clear)
-        session.document_changed.connect(self.refresh)
+        session.document_changed.connect(self._keep_up)
 
     # ---- thumbnails
 
@@ -117,7 +119,7 @@ class StepsPanel(Panel):
         history = self._session.history
         if history is None or history.current_id in self._icons:
             return False
-        return any(row.moment == history.current_id and row.resting for row in rows(history))
+        return _rests(history, history.moments[history.current_id])
 
     def set_picture(self, moment: int, picture: QPixmap) -> None:
         """Give a moment its thumbnail."""
@@ -136,22 +138,37 @@ class StepsPanel(Panel):
             if picture.loadFromData(data):
                 self._pictures[moment] = picture
                 self._icons[moment] = _icon(picture)
-        self.refresh()
+        self._keep_up()
 
     # ---- the tree
+
+    def _keep_up(self) -> None:
+        self._session.turn.once(self.refresh)
 
     def refresh(self) -> None:
         """Show the history as it is now."""
         history = self._session.history
+        made = [] if history is None else rows(history)
         self.name.setEnabled(history is not None)
-        self.compare.setEnabled(history is not None and len(rows(history)) > 1)
+        self.compare.setEnabled(len(made) > 1)
+        count = sum(1 for row in made if row.resting) - 1
+        self.set_note(f"{count}" if count > 0 else "")
+        shown = [(row, self._icons.get(row.moment)) for row in made]
+        if shown != self._shown:
+            self._shown = shown
+            self._fill(made)
+        current = None if history is None else self._items.get(history.current_id)
+        if current is not None:
+            with QSignalBlocker(self.tree):
+                self.tree.setCurrentItem(current)
+                self.tree.scrollToItem(current)
+
+    def _fill(self, made: list[Row]) -> None:
+        """Make the tree anew: it has other lines, words or pictures."""
         with QSignalBlocker(self.tree):
             self.tree.clear()
-            if history is None:
-                return
             items: dict[int, QTreeWidgetItem] = {}
             homes: dict[int, QTreeWidgetItem] = {}
-            made = rows(history)
             children: dict[int | None, int] = {}
             for row in made:
                 children[row.parent] = children.get(row.parent, 0) + 1
@@ -173,12 +190,7 @@ class StepsPanel(Panel):
                 item.setToolTip(0, tip)
                 items[row.moment], homes[row.moment] = item, home
             self.tree.expandAll()
-            current = items.get(history.current_id)
-            if current is not None:
-                self.tree.setCurrentItem(current)
-                self.tree.scrollToItem(current)
-        count = sum(1 for row in rows(history) if row.resting) - 1
-        self.set_note(f"{count}" if count > 0 else "")
+        self._items = items
 
     def name_current(self) -> None:
         """Let the person type a name for the current moment."""
@@ -195,7 +207,9 @@ class StepsPanel(Panel):
     def _renamed(self, item: QTreeWidgetItem) -> None:
         history = self._session.history
         if history is not None:
+            self._shown = []  # the line shows what was typed, whether it becomes the name or not
             self._session.rename(int(item.data(0, ID)), item.text(0).strip())
+            self._keep_up()
 
     def _menu(self, at: QPoint) -> None:
         item, history = self.tree.itemAt(at), self._session.history
@@ -230,6 +244,7 @@ class StepsPanel(Panel):
         """Rows are as high as the font asks for."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.FontChange:
+            self._shown = []
             self.refresh()
 
 

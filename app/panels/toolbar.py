@@ -19,6 +19,7 @@ from app.look import Theme, icon
 from app.panels.options import OptionsRow
 from app.panels.panel import GRID
 from app.toolhost import ToolHost
+from plugins.api import Tool
 
 BUTTON = 44
 ICON = 24
@@ -33,6 +34,7 @@ class ToolRail(QFrame):
         self._theme: Theme | None = None
         self._keys_of: Callable[[str], str] = lambda _name: ""
         self.buttons: dict[str, QToolButton] = {}
+        self._looks: dict[str, tuple[Theme, bool, str]] = {}
         column = QVBoxLayout(self)
         column.setContentsMargins(GRID // 2, GRID, GRID // 2, GRID)
         column.setSpacing(GRID // 2)
@@ -67,13 +69,19 @@ class ToolRail(QFrame):
         for name, button in self.buttons.items():
             tool = self._host.toolbox.tools[name]
             held = self._host.active is tool
-            colour = self._theme.accent_text if held else None
-            button.setIcon(icon(tool.icon, self._theme, colour))
+            looks = (self._theme, held, self._keys_of(name))
+            if self._looks.get(name) != looks:
+                self._looks[name] = looks
+                self._dress_button(button, tool, *looks)
             button.setChecked(held)
-            key = self._keys_of(name)
-            key = f" ({key})" if key else ""
-            button.setToolTip(f"<b>{tool.title}</b>{key}<br>{tool.tip}")
             button.setEnabled(held or self._host.available(name))
+
+    def _dress_button(
+        self, button: QToolButton, tool: Tool, theme: Theme, held: bool, key: str
+    ) -> None:
+        button.setIcon(icon(tool.icon, theme, theme.accent_text if held else None))
+        key = f" ({key})" if key else ""
+        button.setToolTip(f"<b>{tool.title}</b>{key}<br>{tool.tip}")
 
 
 class ToolStrip(QFrame):
