@@ -149,14 +149,17 @@ def _no_leaked_render_window(request: pytest.FixtureRequest) -> Iterator[None]:
     if "qtbot" not in request.fixturenames:
         yield
         return
-    before = {id(o) for o in _render_windows()}
+    # What was there before is set aside, so that the collector looks at what the test made alone:
+    # the modules hold 350,000 objects, and to go through them took longer than most tests.
+    gc.freeze()
     yield
     from PySide6.QtCore import QCoreApplication, QEvent
 
     # Without this deleteLater never runs, because no event loop is left.
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
     gc.collect()
-    left = [type(o).__name__ for o in _render_windows() if id(o) not in before]
+    left = [type(one).__name__ for one in _render_windows()]
+    gc.unfreeze()
     if left:
         pytest.fail(f"render windows outlive the test: {', '.join(left)}", pytrace=False)
 
@@ -166,4 +169,4 @@ def _render_windows() -> list[object]:
     if vtk_core is None:
         return []
     kind = vtk_core.vtkRenderWindow
-    return [o for o in gc.get_objects() if isinstance(o, kind)]
+    return [one for one in gc.get_objects() if isinstance(one, kind)]
