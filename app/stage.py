@@ -9,8 +9,9 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.session import Session
 from app.viewport import Viewport
+from app.viewport.around import differing
 from engine import Document, Draft, Mesh, Source, Stroke, View, source_curve
-from engine.arrays import B1, F64, I64
+from engine.arrays import F64, I64
 from plugins.api import Pointer
 
 FLOW_SECONDS = 0.2
@@ -51,7 +52,6 @@ class Stage(QObject):
         self._clock.setInterval(FRAME_MS)
         self._clock.timeout.connect(self._frame)
         session.opened.connect(self._opened)
-        session.document_changed.connect(self._marks)
         session.shown_changed.connect(self._shown)
         viewport.pointer.connect(self._pointed)
 
@@ -119,7 +119,8 @@ class Stage(QObject):
             self._drawn = shown.vertices
             self._viewport.set_mesh(shown, keep_camera=True)
             self._roi = self._ids = self._ghost_of = self._plane = None
-            self._marks()
+        if document.mesh.faces is shown.faces:
+            self._mark(document)
         wanted = shown.vertices
         if self._original and document.original.faces is shown.faces:
             wanted = document.original.vertices
@@ -127,6 +128,7 @@ class Stage(QObject):
             wanted = self._base(document, wanted)
         if flowing and not self._original:
             self._flow(wanted)
+            self._draw_curves(document)
         else:
             self._stop()
             self._draw(wanted)
@@ -177,7 +179,7 @@ class Stage(QObject):
     def _draw(self, positions: F64) -> None:
         """Put positions (n, 3) on screen; only those that changed are sent."""
         if self._drawn is not None and positions is not self._drawn:
-            moved = _differs(positions, self._drawn)
+            moved = differing(positions, self._drawn)
             if moved.any():
                 # The same array of ids from frame to frame saves the viewport its preparation.
                 if self._ids is None or np.count_nonzero(moved) != moved[self._ids].sum():
@@ -201,18 +203,14 @@ class Stage(QObject):
             self._ghost_of = wanted
             self._viewport.ghost(None if wanted is None else wanted.vertices)
 
-    def _marks(self) -> None:
-        """Region, rim and curves of the current document."""
-        document = self._session.document
-        if document is None:
-            return
+    def _mark(self, document: Document) -> None:
+        """Show the region and the plane of the current document."""
         if document.draft is not self._base_of:
             self._leave_base()
         if document.draft.roi is not self._roi:
             self._roi = document.draft.roi
             self._viewport.set_region(document.draft.roi)
         self._mark_plane(document)
-        self._draw_curves(document)
 
     def point_out_plane(self, on: bool) -> None:
         """Show the plane of symmetry as a sheet, as long as `on`."""
@@ -264,19 +262,18 @@ class Stage(QObject):
         self._viewport.show_curve(name, smooth, "source", curve.closed, anchors)
 
 
-def _differs(a: F64, b: F64) -> B1:
-    """Mask (n,) of the rows that differ; column by column is ten times faster than `any`."""
-    return np.asarray((a[:, 0] != b[:, 0]) | (a[:, 1] != b[:, 1]) | (a[:, 2] != b[:, 2]))
-
-
 def _levelled(values: F64, closed: bool) -> F64:
     """Return values (c, p) along a curve without what changes from one point to the next."""
     reach = min(6, (len(values) - 1) // 2)
     if reach < 1:
         return values
     weights = np.hanning(2 * reach + 3)[1:-1]
-    around = {"mode": "wrap"} if closed else {"mode": "reflect", "reflect_type": "odd"}
-    padded = np.pad(values, ((reach, reach), (0, 0)), **around)  # type: ignore[call-overload]
+    around = ((reach, reach), (0, 0))
+    padded = (
+        np.pad(values, around, mode="wrap")
+        if closed
+        else np.pad(values, around, mode="reflect", reflect_type="odd")
+    )
     columns = [np.convolve(column, weights / weights.sum(), "valid") for column in padded.T]
     return np.stack(columns, axis=1)
 

@@ -37,6 +37,7 @@ CLOSES = 16.0  # px: a curve whose ends come this near, after a long way, is a c
 COVERED = 0.9  # of a source: where less of it lies on the region, the person is told
 MISSES = 0.08  # of a source: when more runs beside the form, its outline is meant
 SAMPLE = 6.0  # px between the places where it is looked up what lies under a source
+SAMPLES = 200  # such places at the most, in a long stroke further apart
 BESIDE, MANY = 0.3, 0.3  # of a curve's length, of its anchors: when the region ends beside it
 BACK = 0.25  # of the region about a curve: when so much is turned away, it goes on behind
 ASIDE = 0.35  # cosine to the curve: what lies more along it is beyond its end, not beside it
@@ -305,7 +306,7 @@ def _on_surface(context: Context, path: F64, roi: I64, closed: bool) -> I64:
 
 def _under(context: Context, path: F64, roi: I64) -> tuple[float, float]:
     """Return which shares of a path (p, 2) px lie on the region, and beside the form."""
-    pieces = max(2, round(lengths(path)[-1] / SAMPLE))
+    pieces = min(max(2, round(lengths(path)[-1] / SAMPLE)), SAMPLES)
     at = np.linspace(0, len(path) - 1, pieces + 1).round().astype(int)
     inside = np.zeros(context.shown.n, dtype=bool)
     inside[roi] = True

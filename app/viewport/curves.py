@@ -224,6 +224,10 @@ class Isoline:
         span = np.where(at_end == at_start, 1.0, at_end - at_start)
         self._share = ((0.5 - at_start) / span)[:, None]
 
+    def __len__(self) -> int:
+        """Number of segments."""
+        return len(self._start) // 2
+
     def points(self, positions: NDArray[Any]) -> NDArray[Any]:
         """Return the ends of the segments (2 s, 3) on a form at `positions` (n, 3)."""
         a, b = positions[self._start], positions[self._end]

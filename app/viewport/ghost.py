@@ -6,7 +6,7 @@ import numpy as np
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from app.look import rgb
-from app.viewport.heavy import faces_about
+from app.viewport.around import distinct, faces_about, renumbered
 from app.viewport.surface import Placement, Surface
 from engine.arrays import F64, I64
 from engine.mesh import Topology
@@ -82,9 +82,10 @@ class Ghost:
             self.drawn = None
 
     def _draw(self, faces: I64) -> None:
-        used = np.unique(faces)
+        n = len(self._original)
+        used = distinct(faces, n)
         positions = self._placement.to_scene(self._original[used])
-        self.drawn = Surface(positions, np.searchsorted(used, faces), (255, 255, 255))
+        self.drawn = Surface(positions, renumbered(faces, used, n), (255, 255, 255))
         actor = self.drawn.actor
         look = actor.GetProperty()
         look.SetOpacity(0.8)

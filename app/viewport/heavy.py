@@ -142,14 +142,3 @@ def parts_of(positions: F32, faces: I64, size: int = PIECE_FACES) -> tuple[Part,
         local[ids] = np.arange(len(ids))
         parts.append(Part(ids, local[faces[of]], of))
     return tuple(parts)
-
-
-def faces_about(ids: I64, incidence: sp.csr_array) -> I64:
-    """Return the faces around the vertices `ids`, ascending, each once."""
-    start, end = incidence.indptr[ids], incidence.indptr[ids + 1]
-    count = end - start
-    total = np.cumsum(count)
-    if len(total) == 0:
-        return np.zeros(0, dtype=np.int64)
-    place = np.arange(total[-1]) + np.repeat(start - (total - count), count)
-    return np.unique(incidence.indices[place]).astype(np.int64)

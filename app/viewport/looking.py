@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 from weakref import WeakSet
 
 import numpy as np
@@ -35,6 +36,7 @@ class Looking(Moving):
     def __init__(self, parent: QWidget | None, theme: Theme = DARK) -> None:
         super().__init__(parent, theme)
         self._linked: WeakSet[Looking] = WeakSet()
+        self._view: tuple[Any, View] | None = None  # what it was taken of, and the view
         self.cube = ViewCube(self)
         self.cube.set_theme(theme)
         self.navigation = Navigation(self)
@@ -55,10 +57,14 @@ class Looking(Moving):
         """Return the camera as numbers: mesh units to logical pixels."""
         width, height = self.device_size()
         camera = self.renderer.GetActiveCamera()
-        m = camera.GetCompositeProjectionTransformMatrix(width / height, -1, 1)
-        matrix = np.array([[m.GetElement(i, j) for j in range(4)] for i in range(4)])
-        ratio = self.devicePixelRatioF()
-        return View(matrix @ self.scene.placement.matrix, (width / ratio, height / ratio))
+        ratio, placement = self.devicePixelRatioF(), self.scene.placement
+        taken = (camera.GetMTime(), width, height, ratio, placement)
+        if self._view is None or self._view[0] != taken:
+            m = camera.GetCompositeProjectionTransformMatrix(width / height, -1, 1)
+            matrix = np.array(m.GetData()).reshape(4, 4)
+            view = View(matrix @ placement.matrix, (width / ratio, height / ratio))
+            self._view = (taken, view)
+        return self._view[1]
 
     @property
     def eye(self) -> Eye:

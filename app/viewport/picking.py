@@ -12,7 +12,7 @@ from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QImage, QPainter, QPolygonF
 from scipy import sparse as sp
 
-from app.viewport.heavy import faces_about
+from app.viewport.around import faces_about
 from app.viewport.visibility import deepest, facing, touched, visible
 from engine.arrays import B1, F64, I64
 from engine.view import View

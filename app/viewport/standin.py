@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse as sp
 
-from app.viewport.heavy import Lighter, faces_about
+from app.viewport.around import faces_about
+from app.viewport.heavy import Lighter
 from app.viewport.surface import Surface
 from engine.arrays import I64
 

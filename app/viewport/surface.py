@@ -14,7 +14,7 @@ from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
-from app.viewport.heavy import faces_about
+from app.viewport.around import distinct, faces_about, renumbered
 from engine.arrays import F64, I64
 from engine.mesh import Mesh
 
@@ -88,11 +88,12 @@ class _Neighbourhood:
 
     def __init__(self, ids: I64, faces: I64, incidence: sp.csr_array) -> None:
         self.ids = ids
-        self.ring = np.unique(faces[faces_about(ids, incidence)])
+        n = incidence.shape[0]
+        self.ring = distinct(faces[faces_about(ids, incidence)], n)
         touching = faces[faces_about(self.ring, incidence)]
-        self.used = np.unique(touching)
-        self.faces = np.searchsorted(self.used, touching)
-        self.ring_local = np.searchsorted(self.used, self.ring)
+        self.used = distinct(touching, n)
+        self.faces = renumbered(touching, self.used, n)
+        self.ring_local = renumbered(self.ring, self.used, n)
 
     def normals(self, positions: NDArray[Any]) -> F32:
         """Return the unit normals of the ring, (r, 3)."""

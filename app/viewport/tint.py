@@ -2,42 +2,74 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse as sp
 
 from app.look import REGION, Theme, rgb8
+from app.viewport.around import crossed, distinct, faces_about, renumbered
 from app.viewport.surface import summed_at_corners
-from engine.arrays import I64
+from engine.arrays import B1, F64, I64
 
 TINT = 0.46  # how much of the region's violet lies over the clay
 FEATHER = 5  # rings of vertices over which the tint fades out
 
 
-def feathered(inside: NDArray[np.bool_], faces: I64, rounds: int = FEATHER) -> NDArray[np.float32]:
-    """Return a weight (n,) that falls from 1 in the region to 0 outside over some rings.
+@dataclass(frozen=True, eq=False)
+class Feather:
+    """How strong the tint of a region is.
+
+    Parameters
+    ----------
+    inside : (n,) the region.
+    weight : (n,) float32, 1 in the region and 0 outside, in between near its border.
+    border : (b,) ids of the vertices near the border, where it is in between.
+    faces : (g, 3) the faces around those.
+    """
+
+    inside: B1
+    weight: NDArray[np.float32]
+    border: I64
+    faces: I64
+
+
+def feathered(
+    ids: I64, faces: I64, incidence: sp.csr_array, n: int, rounds: int = FEATHER
+) -> Feather:
+    """Return the tint of the region `ids`, which fades out over some rings around its border.
 
     Each round averages over the faces around a vertex. Only how the border looks, never what the
     region is.
     """
-    weight = inside.astype(np.float64)
-    corners = inside[faces]
-    touched = np.zeros(len(inside), dtype=bool)
-    touched[faces[corners.any(axis=1) & ~corners.all(axis=1)].ravel()] = True
+    inside = np.zeros(n, dtype=bool)
+    inside[ids] = True
+    few = ids if 2 * len(ids) <= n else np.flatnonzero(~inside)
+    about = crossed(inside, few, faces, incidence)
     for _ in range(rounds - 1):
-        touched[faces[touched[faces].any(axis=1)].ravel()] = True
-    near = faces[touched[faces].any(axis=1)]
-    if len(near) == 0:
-        return weight.astype(np.float32)
-    used = np.unique(near)
-    local = np.searchsorted(used, near)
-    count = np.bincount(local.ravel(), minlength=len(used))
-    free = touched[used]
-    w = weight[used]
+        about = faces_about(distinct(faces[about], n), incidence)
+    free = distinct(faces[about], n)
+    near = faces[faces_about(free, incidence)]
+    weight = inside.astype(np.float32)
+    if len(free):
+        used = distinct(near, n)
+        corners = renumbered(near, used, n)
+        may_change = np.zeros(len(used), dtype=bool)
+        may_change[renumbered(free, used, n)] = True
+        weight[free] = _averaged(inside[used], may_change, corners, rounds)[may_change]
+    return Feather(inside, weight, free, near)
+
+
+def _averaged(inside: B1, free: B1, faces: I64, rounds: int) -> F64:
+    """Return the weights (v,) of vertices after some rounds in which the free ones are averaged."""
+    weight = inside.astype(np.float64)
+    count = np.bincount(faces.ravel(), minlength=len(inside))
     for _ in range(rounds):
-        mean = summed_at_corners(local, w[local].mean(axis=1)[:, None], len(used))[:, 0] / count
-        w = np.where(free, mean, w)
-    weight[used] = w
-    return weight.astype(np.float32)
+        mean = (weight[faces[:, 0]] + weight[faces[:, 1]] + weight[faces[:, 2]]) / 3
+        summed = summed_at_corners(faces, mean[:, None], len(inside))[:, 0]
+        weight = np.where(free, summed / count, weight)
+    return weight
 
 
 def tinted(weight: NDArray[np.float32], theme: Theme) -> NDArray[np.uint8]:

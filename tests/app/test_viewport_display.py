@@ -136,7 +136,7 @@ def test_border_of_the_region_is_feathered_on_screen_only(stage):
     viewport = stage.viewport
     ids = viewport.vertices_inside(stage.ellipse(0.3))
     viewport.set_region(ids)
-    weight = viewport.scene._weight
+    weight = viewport.scene._tint.weight
     assert weight[ids].min() > 0.0
     assert weight.max() == pytest.approx(1.0)
     assert ((weight > 0.05) & (weight < 0.95)).sum() > 50
