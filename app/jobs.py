@@ -8,7 +8,6 @@ hand while modes still stream in. Results cross to the window's thread once, by 
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import logging
 import threading
 import time
@@ -18,6 +17,7 @@ from typing import Any
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal, Slot
 
+from app.interruption import interrupt, receive
 from engine import Cancelled, EngineError, Memo, Run
 
 log = logging.getLogger(__name__)
@@ -75,22 +75,27 @@ class Worker:
         self.inside: list[Job] = []
         self.left = False
         self._serve = serve
+        self._ending = threading.Lock()
+        self._ended = False
         self.thread = threading.Thread(target=self._run, name="engine", daemon=True)
 
     def _run(self) -> None:
         with contextlib.suppress(SystemExit):
             self._serve(self)
+        while not self._ended:
+            with contextlib.suppress(SystemExit), self._ending:
+                self._ended = True
+        receive(SystemExit)
 
     def interrupt(self) -> None:
-        """End the thread at its next line of Python; native code that it may be in goes on.
+        """End the thread at its next line of Python.
 
         SystemExit ends a thread without a word, and passes through `except Exception`.
         """
         number = self.thread.ident
-        if number is not None and self.thread.is_alive():
-            ctypes.pythonapi.PyThreadState_SetAsyncExc(
-                ctypes.c_ulong(number), ctypes.py_object(SystemExit)
-            )
+        with self._ending:
+            if number is not None and not self._ended:
+                interrupt(number, SystemExit)
 
 
 class Jobs(QObject):

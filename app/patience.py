@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import ctypes
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+
+from app.interruption import interrupt, receive
 
 SECONDS = 10.0
 LOOK = 0.2
@@ -64,8 +65,8 @@ class Patience:
             del self._began[depth:]
             self._last = time.monotonic()
             if self._fired:
-                # The tool came back in the same moment: nothing else must be hit.
-                ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self._caller), None)
+                # The tool may have come back in the same moment: nothing else must be hit.
+                receive(ToolHungError)
                 self._fired = False
 
     def _watch(self) -> None:
@@ -80,8 +81,6 @@ class Patience:
                     # Whoever swallows it gets it again.
                     self._began[-1] = now
                     self._fired = True
-                    ctypes.pythonapi.PyThreadState_SetAsyncExc(
-                        ctypes.c_ulong(self._caller), ctypes.py_object(ToolHungError)
-                    )
+                    interrupt(self._caller, ToolHungError)
             if stopped:
                 time.sleep(LOOK)
