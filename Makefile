@@ -25,7 +25,7 @@ run: $(VENV)/ready/run
 	$(PY) -m app $(ARGS)
 
 test: $(VENV)/ready/test
-	$(PYTEST) -n $(WORKERS) --dist loadfile $(ARGS) </dev/null
+	$(PYTEST) -n $(WORKERS) --dist loadfile --max-worker-restart 0 $(ARGS) </dev/null
 
 check: lint test
 
@@ -50,7 +50,7 @@ pictures: $(VENV)/ready/test
 # A random walk through the window, for MINUTES.
 MINUTES ?= 10
 soak: $(VENV)/ready/test
-	EIGENFORM_SOAK_MINUTES=$(MINUTES) $(PYTEST) -m soak --timeout 0 $(ARGS) </dev/null
+	EIGENFORM_SOAK_MINUTES=$(MINUTES) $(PYTEST) -m soak --timeout 0 -o faulthandler_timeout=0 $(ARGS) </dev/null
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info artefacts pictures-out
