@@ -35,7 +35,7 @@ def make(name: str, folder: Path) -> dict[str, str]:
         language, _, encoding = name.partition(".")
         command = [tool, "-i", language, "-f", encoding, str(folder / name)]
         # It may end with a warning and have made the locale all the same, or leave an empty folder.
-        subprocess.run(command, capture_output=True, check=False)
+        subprocess.run(command, capture_output=True, timeout=60, check=False)
         if not numbers.is_file():
             return {}
     return {"LOCPATH": str(folder), "LC_ALL": name, "LANG": name}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import logging
 import os
+import select
 import shutil
 import subprocess
 import sys
@@ -64,6 +65,9 @@ def pytest_configure(config: pytest.Config) -> None:
     _xvfb = subprocess.Popen(command, pass_fds=[writer], stderr=subprocess.DEVNULL)
     os.close(writer)
     with os.fdopen(reader) as answer:
+        if not select.select([answer], [], [], 30)[0]:
+            _xvfb.kill()
+            raise pytest.UsageError("Xvfb has not said within 30 s which display it serves.")
         number = answer.readline().strip()
     if number:
         os.environ["DISPLAY"] = f":{number}"

@@ -72,6 +72,7 @@ def test_loading_engine_and_tool_api_loads_no_qt_and_no_vtk() -> None:
         capture_output=True,
         text=True,
         cwd=ROOT,
+        timeout=60,
         check=False,
     )
     assert done.returncode == 0, done.stderr
@@ -102,7 +103,12 @@ def test_the_window_names_no_concrete_tool() -> None:
 def committed_text() -> Iterator[tuple[str, str]]:
     """Yield (name, text) of every text file under version control."""
     listed = subprocess.run(
-        ["git", "ls-files", "-z"], capture_output=True, text=True, cwd=ROOT, check=False
+        ["git", "ls-files", "-z"],
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+        timeout=30,
+        check=False,
     )
     if listed.returncode != 0:
         pytest.skip("not a git checkout")

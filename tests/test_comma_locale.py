@@ -40,6 +40,7 @@ def test_what_reads_and_writes_numbers_passes_under_a_comma(comma: dict[str, str
         env={**environment, **comma, comma_locale.WANTED: NAME},
         capture_output=True,
         text=True,
+        timeout=60,
         check=False,
     )
     assert done.returncode == 0, done.stdout[-4000:] + done.stderr[-2000:]

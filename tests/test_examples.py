@@ -64,7 +64,7 @@ def test_the_script_reshapes_the_vase_and_makes_a_picture(tmp_path: Path) -> Non
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     done = subprocess.run(
         [sys.executable, "-W", "error", str(script), str(picture)],
-        env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=200,
+        env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=60,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     both = np.asarray(Image.open(picture).convert("L"), dtype=float)

@@ -59,7 +59,7 @@ def make_window(qtbot, qapp) -> Iterator[MakeWindow]:
     """Make windows that are closed after the test."""
     made: list[Window] = []
 
-    def make(mesh: Mesh | None = None, theme: str = "dark", size=(1000, 720)) -> Window:
+    def make(mesh: Mesh | None = None, theme: str = "dark", size=(800, 600)) -> Window:
         qapp.setApplicationName("Eigenform test")
         qapp.setOrganizationName("Eigenform test")
         window = Window(Appearance(qapp, theme))

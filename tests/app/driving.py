@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +21,7 @@ from engine import Mesh
 NONE = Qt.KeyboardModifier.NoModifier
 LEFT = Qt.MouseButton.LeftButton
 NO_BUTTON = Qt.MouseButton.NoButton
+POINTS_A_FRAME = 4
 
 
 def bumpy_sphere(n: int = 3000, bumps: float = 0.04) -> Mesh:
@@ -63,17 +64,17 @@ class Mouse:
     """The left mouse button."""
 
     name = "mouse"
+    kinds: ClassVar[dict[str, QEvent.Type]] = {
+        "press": QEvent.Type.MouseButtonPress,
+        "move": QEvent.Type.MouseMove,
+        "release": QEvent.Type.MouseButtonRelease,
+    }
 
     def send(self, view: QWidget, kind: str, at: ArrayLike, modifiers: Qt.KeyboardModifier) -> None:
         """Send one event at a position in logical pixels."""
-        types = {
-            "press": QEvent.Type.MouseButtonPress,
-            "move": QEvent.Type.MouseMove,
-            "release": QEvent.Type.MouseButtonRelease,
-        }
         place = QPointF(*map(float, np.asarray(at)))
-        event = QMouseEvent(
-            types[kind],
+        event = self.event(
+            self.kinds[kind],
             place,
             QPointF(view.mapToGlobal(place)),
             NO_BUTTON if kind == "move" else LEFT,
@@ -82,6 +83,18 @@ class Mouse:
         )
         QCoreApplication.sendEvent(view, event)
 
+    def event(
+        self,
+        kind: QEvent.Type,
+        place: QPointF,
+        on_screen: QPointF,
+        button: Qt.MouseButton,
+        held: Qt.MouseButton,
+        modifiers: Qt.KeyboardModifier,
+    ) -> QEvent:
+        """Make one event as Qt does."""
+        return QMouseEvent(kind, place, on_screen, button, held, modifiers)
+
     def stroke(
         self,
         window: Window,
@@ -89,22 +102,28 @@ class Mouse:
         modifiers: Qt.KeyboardModifier = NONE,
         release: bool = True,
     ) -> None:
-        """Draw a whole stroke."""
+        """Draw a whole stroke; as with a fast hand, several points come to a frame."""
         points = list(path)
         view = window.viewport
         self.send(view, "press", points[0], modifiers)
-        for point in points[1:]:
+        for number, point in enumerate(points[1:], 1):
             self.send(view, "move", point, modifiers)
-            QCoreApplication.processEvents()
+            if number % POINTS_A_FRAME == 0 or number == len(points) - 1:
+                QCoreApplication.processEvents()
         if release:
             self.send(view, "release", points[-1], modifiers)
             QCoreApplication.processEvents()
 
 
 class Pen(Mouse):
-    """The tip, or the eraser end, of a tablet's pen."""
+    """The tip, or the eraser end, of a tablet's pen, at the pressure of now."""
 
     name = "pen"
+    kinds: ClassVar[dict[str, QEvent.Type]] = {
+        "press": QEvent.Type.TabletPress,
+        "move": QEvent.Type.TabletMove,
+        "release": QEvent.Type.TabletRelease,
+    }
 
     def __init__(self, eraser: bool = False, pressure: float = 0.5) -> None:
         self.pressure = pressure
@@ -119,30 +138,20 @@ class Pen(Mouse):
             2,
         )
 
-    def send(self, view: QWidget, kind: str, at: ArrayLike, modifiers: Qt.KeyboardModifier) -> None:
-        """Send one event at a position in logical pixels, at the pressure of now."""
-        types = {
-            "press": QEvent.Type.TabletPress,
-            "move": QEvent.Type.TabletMove,
-            "release": QEvent.Type.TabletRelease,
-        }
-        place = QPointF(*map(float, np.asarray(at)))
-        event = QTabletEvent(
-            types[kind],
-            self.device,
-            place,
-            QPointF(view.mapToGlobal(place)),
-            self.pressure,
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-            modifiers,
-            NO_BUTTON if kind == "move" else LEFT,
-            NO_BUTTON if kind == "release" else LEFT,
+    def event(
+        self,
+        kind: QEvent.Type,
+        place: QPointF,
+        on_screen: QPointF,
+        button: Qt.MouseButton,
+        held: Qt.MouseButton,
+        modifiers: Qt.KeyboardModifier,
+    ) -> QEvent:
+        """Make one event as a tablet's driver has Qt make it."""
+        force, upright = self.pressure, (0.0, 0.0, 0.0, 0.0, 0.0)
+        return QTabletEvent(
+            kind, self.device, place, on_screen, force, *upright, modifiers, button, held
         )
-        QCoreApplication.sendEvent(view, event)
 
 
 def soon(done: Callable[[], bool], seconds: float = 5.0) -> bool:

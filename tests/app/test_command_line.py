@@ -85,7 +85,7 @@ def run(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]
     env = {k: v for k, v in os.environ.items() if k not in hidden} | environment
     return subprocess.run(
         [sys.executable, "-m", "app", *arguments],
-        capture_output=True, text=True, cwd=ROOT, env=env, timeout=200, check=False,
+        capture_output=True, text=True, cwd=ROOT, env=env, timeout=60, check=False,
     )  # fmt: skip
 
 
@@ -114,7 +114,13 @@ def test_blas_threads_are_limited_before_numpy_is_loaded() -> None:
     )
     env = {k: v for k, v in os.environ.items() if not k.endswith("_NUM_THREADS")}
     done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, env=env, check=False
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+        env=env,
+        timeout=30,
+        check=False,
     )
     assert done.stdout.strip() == "1", done.stderr
 

@@ -125,7 +125,7 @@ def thread() -> None:
 
     made = threading.Thread(target=fail)
     made.start()
-    made.join()
+    made.join(10)
 
 
 def painting() -> None:
@@ -259,7 +259,10 @@ def test_a_native_crash_is_told_at_the_next_start(tmp_path: Path) -> None:
     )
     for name in ("SIGSEGV", "SIGABRT", "SIGKILL"):
         done = subprocess.run(
-            [sys.executable, "-c", program, str(tmp_path), name], cwd=ROOT, check=False
+            [sys.executable, "-c", program, str(tmp_path), name],
+            cwd=ROOT,
+            timeout=30,
+            check=False,
         )
         assert done.returncode == -getattr(signal, name)
     for log in tmp_path.glob("native-*.log"):

@@ -297,7 +297,7 @@ def test_the_window_is_whole_and_crisp_on_fine_screens(
         cwd=ROOT,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=60,
         check=False,
     )
     assert told.returncode == 0, told.stderr[-2000:]

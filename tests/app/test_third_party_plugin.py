@@ -31,7 +31,10 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     command = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-index"]
     command += ["--no-build-isolation", "--disable-pip-version-check"]
     done = subprocess.run(
-        [*command, "--target", str(target), str(source)], capture_output=True, text=True
+        [*command, "--target", str(target), str(source)],
+        capture_output=True,
+        text=True,
+        timeout=60,
     )
     assert done.returncode == 0, done.stderr
     return target
@@ -94,7 +97,9 @@ def test_it_edits_in_the_window_and_replays_to_the_same_bytes(
     window.files.export_recipe(recipe)
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(plugin), str(ROOT)])}
     command = [sys.executable, "-m", "app", "replay", str(recipe), str(sphere_file), str(again)]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, cwd=tmp_path)
+    done = subprocess.run(
+        command, env=environment, capture_output=True, text=True, cwd=tmp_path, timeout=60
+    )
     assert done.returncode == 0, done.stderr
     assert exported.read_bytes() == again.read_bytes()
 

@@ -206,7 +206,7 @@ def test_view_is_what_vtk_projects_at_scale(scale):
         cwd=Path(__file__).resolve().parents[2],
         capture_output=True,
         text=True,
-        timeout=150,
+        timeout=60,
     )
     assert ran.returncode == 0, ran.stdout + ran.stderr
     assert f"the projection holds at {float(scale)}" in ran.stdout

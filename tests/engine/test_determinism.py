@@ -50,6 +50,7 @@ def elsewhere(recipe: Path, mesh: Path, out: Path, threads: int) -> dict[str, F6
         [sys.executable, "-m", "tests.engine.replay_once", str(recipe), str(mesh), str(out)],
         cwd=ROOT,
         check=True,
+        timeout=60,
         env={**os.environ, **dict.fromkeys(names, str(threads))},
     )
     with np.load(out) as found:

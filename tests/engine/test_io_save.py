@@ -77,7 +77,12 @@ def test_meshlab_reads_the_3mf(tmp_path: Path) -> None:
         "print(m.vertex_number(), m.face_number(), *m.bounding_box().max())"
     )
     done = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
     )
     n, f, *corner = done.stdout.split()[-5:]
     assert (int(n), int(f)) == (mesh.n, len(mesh.faces))
@@ -146,12 +151,12 @@ def mounted(folder: Path, options: str) -> Iterator[Path]:
     if not IS_ROOT:
         pytest.skip("only root can mount a small disk")
     command = ["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(folder)]
-    if subprocess.run(command, capture_output=True, check=False).returncode:
+    if subprocess.run(command, capture_output=True, timeout=30, check=False).returncode:
         pytest.skip("mounting is not allowed here")
     try:
         yield folder
     finally:
-        subprocess.run(["umount", "-l", str(folder)], check=True)
+        subprocess.run(["umount", "-l", str(folder)], timeout=30, check=True)
 
 
 @pytest.mark.parametrize("suffix", EXPORT_SUFFIXES)
@@ -243,13 +248,14 @@ def test_a_cancelled_save_leaves_the_old_file_whole(tmp_path: Path) -> None:
 def test_strays_of_dead_programs_are_swept_and_those_of_the_living_stay(tmp_path: Path) -> None:
     save(sheet(0), tmp_path / "a.obj")
     dead = subprocess.Popen([sys.executable, "-c", ""])
-    dead.wait()
+    dead.wait(30)
     code = (
         "import sys, os; from pathlib import Path; from engine.files.place import beside\n"
         "with beside(Path(sys.argv[1]), '.obj') as part: part.write_text('half'); os._exit(9)"
     )
     root = Path(__file__).resolve().parents[2]
-    subprocess.run([sys.executable, "-c", code, str(tmp_path / "b.obj")], cwd=root, check=False)
+    program = [sys.executable, "-c", code, str(tmp_path / "b.obj")]
+    subprocess.run(program, cwd=root, timeout=60, check=False)
     (stray,) = tmp_path.glob(".eigenform-part-*")
     host = stray.name.split("-")[2]
     alive = tmp_path / f".eigenform-part-{host}-{os.getpid()}-00000000.obj"

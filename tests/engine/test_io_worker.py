@@ -118,7 +118,7 @@ def test_two_threads_take_turns(tmp_path: Path) -> None:
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join()
+        thread.join(60)
     assert found == {i: (5 + i) ** 2 for i in range(6)}
 
 
@@ -143,6 +143,7 @@ def test_a_script_without_a_main_guard_can_open_files(tmp_path: Path) -> None:
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
+        timeout=60,
         check=False,
     )
     assert (done.stdout.strip(), done.stderr.strip()) == ("4", "")
@@ -160,6 +161,7 @@ def test_the_worker_ends_when_its_program_is_killed(tmp_path: Path) -> None:
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
+        timeout=60,
         check=False,
     )
     pid = int(done.stdout)
@@ -181,7 +183,9 @@ class Kernel:
     def _play(self, name: str, refuses: str) -> Callable[..., int]:
         def play(*given: object) -> int:
             if name == "SetInformationJobObject":
-                held = ctypes.cast(given[2], ctypes.POINTER(limits.ExtendedLimits)).contents  # type: ignore[arg-type]
+                address = given[2]
+                assert isinstance(address, int)
+                held = limits.ExtendedLimits.from_address(address)
                 flags = held.BasicLimitInformation.LimitFlags
                 given = (*given[:2], flags, held.ProcessMemoryLimit, given[3])
             self.calls.append((name, given))
@@ -247,6 +251,7 @@ def test_a_comma_desktop_destroys_no_number(tmp_path: Path) -> None:
         env={**os.environ, **comma, "PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
+        timeout=60,
         check=False,
     )
     assert done.stdout.strip() == "right", done.stderr

@@ -163,7 +163,7 @@ def test_a_file_that_is_written_while_it_is_read_is_refused(tmp_path: Path) -> N
             read_often()
     finally:
         stop.set()
-        writer.join()
+        writer.join(30)
     assert "growing.obj" in str(refusal.value)
     assert read_whole(path, path.name) == path.read_bytes()
 

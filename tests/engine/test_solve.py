@@ -115,7 +115,7 @@ def test_one_factor_serves_several_threads(backend: Backend) -> None:
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join()
+        thread.join(30)
     assert not wrong
 
 
@@ -140,6 +140,6 @@ def test_another_thread_goes_on_while_the_best_solver_works() -> None:
         factorise(q)
     took = time.perf_counter() - begun
     done.set()
-    thread.join()
+    thread.join(30)
     # A lock held through one factorisation would show as a fifth of the whole.
     assert longest[0] < max(took / 8, 0.05)

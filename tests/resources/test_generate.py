@@ -52,6 +52,7 @@ def test_a_wheel_carries_the_samples_and_finds_them(tmp_path: Path) -> None:
         ],
         capture_output=True,
         text=True,
+        timeout=60,
     )
     if "No module named 'setuptools'" in built.stderr or "BackendUnavailable" in built.stderr:
         pytest.skip("the build back end is not installed here, so no wheel can be built")
@@ -70,6 +71,7 @@ def test_a_wheel_carries_the_samples_and_finds_them(tmp_path: Path) -> None:
         env={"PYTHONPATH": str(tmp_path / "site"), "PATH": "/usr/bin:/bin"},
         capture_output=True,
         text=True,
+        timeout=60,
         check=True,
     ).stdout.split()
     assert Path(told[0]).is_relative_to(tmp_path / "site")

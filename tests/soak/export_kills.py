@@ -30,6 +30,7 @@ from pathlib import Path
 
 import numpy as np
 import psutil
+import pytest
 
 from engine import Document, FileError, History, HistoryState, Mesh, save
 from engine.archive import DOCUMENT_SUFFIX, open_archive, save_archive
@@ -41,6 +42,8 @@ from tests.soak.plain_readers import read_plainly
 ROOT = Path(__file__).resolve().parents[2]
 SUFFIXES = (".obj", ".ply", ".stl", ".off", ".3mf", DOCUMENT_SUFFIX)
 MORTAL = "tests.soak.mortal_worker"
+PATIENCE = 30.0
+"""How long a process is waited for at the most, in seconds."""
 
 
 def sheet(turn: int, size: int = 40) -> Mesh:
@@ -148,19 +151,18 @@ class Forked:
 @contextmanager
 def mortal(forked: bool) -> Iterator[None]:
     """Have the file worker killed, not refused, where its file may not grow any more."""
-    usual = worker.spawn
     worker.stop()
     if forked:
         # What a worker would import at its first job is then there already.
         import pymeshlab  # noqa: F401
 
         import engine.files.exporting  # noqa: F401
-    worker.spawn = Forked if forked else (lambda: spawn(MORTAL))  # type: ignore[assignment]
-    try:
-        yield
-    finally:
-        worker.stop()
-        worker.spawn = usual
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(worker, "spawn", Forked if forked else lambda: spawn(MORTAL))
+        try:
+            yield
+        finally:
+            worker.stop()
 
 
 def save_with_warm_worker(target: Path) -> int:
@@ -228,8 +230,28 @@ def kill_document(target: Path, rng: random.Random, at_byte: bool) -> bool:
             save_archive(target, state)
         finally:
             os._exit(0)
-    _, status = os.waitpid(child, 0)
+    with killed_after(PATIENCE, child) as late:
+        _, status = os.waitpid(child, 0)
+    assert not late, f"a document was still being saved after {PATIENCE:.0f} s"
     return os.WIFSIGNALED(status)
+
+
+@contextmanager
+def killed_after(seconds: float, pid: int) -> Iterator[list[float]]:
+    """Kill a process that is waited for too long, and note so in the list that is given."""
+    late: list[float] = []
+
+    def kill() -> None:
+        late.append(seconds)
+        os.kill(pid, signal.SIGKILL)
+
+    timer = threading.Timer(seconds, kill)
+    timer.start()
+    try:
+        yield late
+    finally:
+        timer.cancel()
+        timer.join()
 
 
 def kill_program(target: Path, rng: random.Random) -> int:
@@ -237,12 +259,14 @@ def kill_program(target: Path, rng: random.Random) -> int:
     command = [sys.executable, "-m", "tests.soak.export_kills", "--save", str(target)]
     program = subprocess.Popen(command, stdout=subprocess.PIPE, cwd=ROOT)
     assert program.stdout is not None
-    words = program.stdout.readline().split()
-    start = time.monotonic()
-    program.stdout.readline()
+    with killed_after(PATIENCE, program.pid) as late:
+        words = program.stdout.readline().split()
+        start = time.monotonic()
+        program.stdout.readline()
+    assert not late, f"the saving program said nothing for {PATIENCE:.0f} s"
     time.sleep(rng.random() * (time.monotonic() - start))
     program.kill()
-    program.wait()
+    program.wait(PATIENCE)
     program.stdout.close()
     # Its worker ends by itself, once its job is done and nobody asks for another.
     if int(words[1]):

@@ -250,7 +250,7 @@ def experimental_seeds(folder: Path) -> dict[str, tuple[str, bytes]]:
     # Under a comma locale that code would write commas.
     plain = {**os.environ, "LC_ALL": "C.UTF-8"}
     command = [sys.executable, "-c", code]
-    subprocess.run(command, cwd=folder, check=True, capture_output=True, env=plain)
+    subprocess.run(command, cwd=folder, check=True, capture_output=True, env=plain, timeout=60)
     kinds = {".glb": "glTF", ".dae": "DAE", ".x3d": "X3D", ".3ds": "3DS"}
     return {f"seed{e}": (kind, (folder / f"seed{e}").read_bytes()) for e, kind in kinds.items()}
 
