@@ -86,6 +86,28 @@ def window(make_window: MakeWindow, sphere: Mesh) -> Window:
     return make_window(sphere)
 
 
+@pytest.fixture
+def safe_window(
+    make_window: MakeWindow, qtbot, sphere: Mesh, tmp_path: Path
+) -> Iterator[MakeWindow]:
+    """Make windows that keep a journal in a state folder; the same for all windows of a test."""
+    made: list[Window] = []
+
+    def make(**given) -> Window:
+        window = make_window(sphere, **given)
+        window.keep_safe(tmp_path / "state")
+        # The program plugs safety in before anything is open.
+        window.session.take_up(window.session.history, window.session.path)
+        qtbot.waitUntil(settled(window))
+        made.append(window)
+        return window
+
+    yield make
+    for window in made:
+        if isValid(window):
+            window.safety.leave()
+
+
 @pytest.fixture(scope="module")
 def shared_stage(qapp) -> Iterator[Stage]:
     """A viewport that the tests of a file share: to make one takes longer than most tests."""

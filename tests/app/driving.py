@@ -13,7 +13,15 @@ from numpy.typing import ArrayLike, NDArray
 from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, Qt, QTimer
 from PySide6.QtGui import QImage, QInputDevice, QMouseEvent, QPointingDevice, QTabletEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDialog, QMenu, QMenuBar, QWidget
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QApplication,
+    QDialog,
+    QLabel,
+    QMenu,
+    QMenuBar,
+    QWidget,
+)
 
 from app.window import Window
 from engine import Mesh
@@ -236,6 +244,21 @@ def pixels(widget: QWidget) -> NDArray[np.int64]:
     rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1)
     wide = rows[:, : 3 * image.width()].reshape(image.height(), image.width(), 3)
     return wide.astype(np.int64)
+
+
+def cut(window: Window) -> list[str]:
+    """What has less room than its words need."""
+    found: list[str] = []
+    for widget in window.findChildren(QWidget):
+        if not widget.isVisible() or not isinstance(widget, (QLabel, QAbstractButton)):
+            continue
+        text = widget.text() if not isinstance(widget, QLabel) or not widget.wordWrap() else ""
+        wide = widget.fontMetrics().horizontalAdvance(text.replace("&", ""))
+        if text and not text.startswith("<") and wide > widget.width() + 1:
+            found.append(f"{text!r} has {widget.width()} of {wide} px")
+        if widget.height() < widget.fontMetrics().height() and text:
+            found.append(f"{text!r} is {widget.height()} px high")
+    return found
 
 
 def settled(window: Window) -> Callable[[], bool]:

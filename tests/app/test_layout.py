@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -16,7 +13,6 @@ from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QApplication,
     QComboBox,
-    QLabel,
     QMenu,
     QSlider,
     QToolButton,
@@ -30,6 +26,7 @@ from tests.app.driving import (
     Mouse,
     bow,
     circle,
+    cut,
     pixels,
     press,
     settled,
@@ -227,78 +224,8 @@ def test_keys_are_changed_in_the_sheet_by_pressing_others(
     assert not view.wireframe
 
 
-def cut(window: Window) -> list[str]:
-    """What has less room than its words need."""
-    found: list[str] = []
-    for widget in window.findChildren(QWidget):
-        if not widget.isVisible() or not isinstance(widget, (QLabel, QAbstractButton)):
-            continue
-        text = widget.text() if not isinstance(widget, QLabel) or not widget.wordWrap() else ""
-        wide = widget.fontMetrics().horizontalAdvance(text.replace("&", ""))
-        if text and not text.startswith("<") and wide > widget.width() + 1:
-            found.append(f"{text!r} has {widget.width()} of {wide} px")
-        if widget.height() < widget.fontMetrics().height() and text:
-            found.append(f"{text!r} is {widget.height()} px high")
-    return found
-
-
 @pytest.mark.parametrize("theme", ["dark", "light"])
 def test_no_words_are_cut_in_a_small_window(make_window, sphere, qtbot, theme: str) -> None:
     window = make_window(sphere, theme)
     region(window, qtbot)
     assert not cut(window)
-
-
-SCALED = """
-import sys
-from pathlib import Path
-from PySide6.QtCore import QSettings
-QSettings.setDefaultFormat(QSettings.Format.IniFormat)
-QSettings.setPath(QSettings.Format.IniFormat, QSettings.Scope.UserScope, sys.argv[1])
-from app.look import Appearance, DARK, icon
-from app.start import application
-from app.window import Window
-from engine import Document
-from tests.app.driving import bumpy_sphere, circle, Mouse, pixels, settled, soon
-from tests.app.test_layout import cut
-window = Window(Appearance(application(), "light"))
-window.resize(1000, 720)
-window.show()
-assert soon(lambda: bool(window.viewport.render_window.GetReadyForRendering()), 30)
-window.session.start(Document.open(bumpy_sphere(1500), "sphere.ply"))
-assert soon(settled(window), 30)
-assert soon(lambda: not window.viewport.moving, 30)
-Mouse().stroke(window, circle(window.viewport, 0, 0, 0.2))
-assert soon(settled(window), 30)
-assert window.session.document.draft.roi is not None
-scale = float(sys.argv[2])
-assert window.devicePixelRatioF() == scale, window.devicePixelRatioF()
-seen = pixels(window.viewport)
-assert abs(seen.shape[0] - scale * window.viewport.height()) <= 1
-view = window.viewport
-whole = tuple(int(side * scale + 0.5) for side in (view.width(), view.height()))
-assert view.render_window.GetSize() == whole, "drawn to the last pixel at full resolution"
-for button in window.rail.buttons.values():
-    pixmap = button.icon().pixmap(button.iconSize(), scale)
-    assert pixmap.width() == round(button.iconSize().width() * scale), "icons are as fine"
-print(*cut(window), sep="\\n", end="")
-window.grab().save(sys.argv[3])
-window.close()
-"""
-
-
-@pytest.mark.parametrize("scale", ["1.5", "2"])
-def test_the_window_is_whole_and_crisp_on_fine_screens(
-    scale: str, tmp_path: Path, artefacts: Path
-) -> None:
-    told = subprocess.run(
-        [sys.executable, "-c", SCALED, str(tmp_path), scale, str(artefacts / f"at {scale}.png")],
-        env={**os.environ, "QT_SCALE_FACTOR": scale, "OPENBLAS_NUM_THREADS": "1"},
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-    assert told.returncode == 0, told.stderr[-2000:]
-    assert not told.stdout.strip(), told.stdout

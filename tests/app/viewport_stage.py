@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 
 import numpy as np
 from PySide6.QtCore import QCoreApplication, QElapsedTimer, QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QInputDevice, QMouseEvent, QPointingDevice, QTabletEvent, QWheelEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QMainWindow
+from PySide6.QtWidgets import QMainWindow
 
 from app.viewport import Viewport
 from engine import Mesh
@@ -259,20 +258,3 @@ def _distance_outside(triangle: np.ndarray, point: tuple[float, float]) -> float
         side = turn * (along[0] * (point[1] - p[1]) - along[1] * (point[0] - p[0]))
         worst = max(worst, -side / max(np.linalg.norm(along), 1e-12))
     return worst
-
-
-def main() -> int:
-    """Check the projection at the scale factor given, in this process."""
-    application = QApplication([])
-    stage = Stage(torus(6000), (501, 377))
-    ratio = stage.viewport.devicePixelRatioF()
-    assert abs(ratio - float(sys.argv[1])) < 1e-9
-    check_projection(stage)
-    stage.close()
-    del application
-    print(f"the projection holds at {ratio}")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
