@@ -120,13 +120,11 @@ class Documents(QObject):
             if then is not None:
                 then()
 
-        # A channel of its own: opening a file must not push a save aside that waits.
-        self._session.jobs.submit(
-            "save",
+        self._session.writing.write(
+            path,
             lambda _run: save_archive(path, state, pictures, window, known),
             done,
             self._session.problems.report,
-            priority=0,
             # It may go between two ticks of a long computation: it shares nothing with it.
             urgent=True,
         )

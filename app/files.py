@@ -93,12 +93,11 @@ class Files(QObject):
         if document is None:
             return
         mesh = document.mesh
-        self._session.jobs.submit(
-            CHANNEL,
-            lambda _run: engine.save(mesh, path),
+        self._session.writing.write(
+            path,
+            lambda run: engine.save(mesh, path, run),
             lambda _none: self._session.noticed.emit(f"Exported to {shown(path.name)}"),
             self._session.problems.report,
-            priority=1,
         )
 
     def export_recipe(self, path: Path) -> None:

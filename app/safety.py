@@ -46,6 +46,7 @@ class Safety(QObject):
         self._window = window
         self._folder = folder
         self._leaving = self._left = self._asked_for = False
+        self._waits_for_files = self._unasked = False
         self._dialog: CrashDialog | None = None
         self._question: QMessageBox | None = None
         self._search: threading.Thread | None = None
@@ -150,12 +151,32 @@ class Safety(QObject):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Ask before unsaved work is closed; a draft alone is kept without a word."""
         if watched is self._window and event.type() == QEvent.Type.Close:
-            if self.autosave.worth_asking and not self._leaving:
+            if self._window.session.writing.busy and not self._waits_for_files:
+                event.ignore()
+                self._close_when_written()
+                return True
+            if self.autosave.worth_asking and not (self._leaving or self._unasked):
                 event.ignore()
                 self._ask()
                 return True
             self.leave()
         return super().eventFilter(watched, event)
+
+    def _close_when_written(self) -> None:
+        """Close once everything is written; whoever closes again meanwhile does not wait."""
+        writing = self._window.session.writing
+        self._waits_for_files = True
+        writing.settled.connect(self._written, Qt.ConnectionType.SingleShotConnection)
+        self._window.session.noticed.emit(
+            f"The window closes when {writing.names} is written. Close again to leave it unwritten."
+        )
+
+    def _written(self, well: bool) -> None:
+        self._waits_for_files = False
+        if well:
+            self._window.close()
+        else:
+            self._unasked = False
 
     def leave(self) -> None:
         """End the journal and let go of everything; what is unsaved is set aside."""
@@ -206,7 +227,7 @@ class Safety(QObject):
             self._close_unasked()
 
     def _close_unasked(self) -> None:
-        self.leave()
+        self._unasked = True
         self._window.close()
 
     def _system_ends(self) -> None:

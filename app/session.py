@@ -15,6 +15,7 @@ from app.problems import Problems
 from app.showing import Showing
 from app.stepping import Stepping
 from app.turn import Turn
+from app.writing import Writing
 from engine import (
     Decomposition,
     Document,
@@ -35,6 +36,7 @@ class Session(QObject):
     Attributes
     ----------
     jobs : the engine's thread.
+    writing : the files that are being written.
     history : every document there was, or None before the first file.
     path : the file that is open, if it is one.
     stamp : what tells whether somebody else has changed this file since; None if not known.
@@ -73,6 +75,7 @@ class Session(QObject):
         self.turn = Turn()
         self._coalescing: tuple[int, str] | None = None
         self.jobs = Jobs(self)
+        self.writing = Writing(self.jobs, self)
         self._showing = Showing(self.jobs, self)
         self._stepping = Stepping(self.jobs, self)
         for changed in (self.jobs.began, self.jobs.idled):
@@ -140,6 +143,10 @@ class Session(QObject):
 
     def cancel(self, channel: str) -> None:
         """Stop the work of a channel; what was reached so far stays."""
+        if channel == "write":
+            self.noticed.emit(f"{self.writing.names} was not written; what was there before stays")
+            self.writing.cancel()
+            return
         self.jobs.cancel(channel, asked=True)
         document = self.document
         if channel == "decompose" and document is not None and self.decomposition is None:

@@ -12,13 +12,14 @@ SHOWN_AFTER = 150  # ms: what is done sooner needs no bar
 STILL_AFTER = 500  # ms without a move of the form under the hand
 WORDS = {
     "file": "File",
+    "write": "Writing",
     "decompose": "Region",
     "prepare": "Curve",
     "solve": "Form",
     "apply": "Details",
 }
 ORDER = ("file", "apply", "decompose", "prepare", "solve")
-UNMEASURED = ("file", "solve")  # may never say how far they are
+UNMEASURED = ("file", "write", "solve")  # may never say how far they are
 
 
 class Status(QStatusBar):
@@ -75,7 +76,8 @@ class Status(QStatusBar):
     def refresh(self) -> None:
         """Show the figures of the current document, and whether work is under way."""
         self._figures.setText(self._line())
-        busy = next((one for one in ORDER if self._session.jobs.busy(one)), "")
+        working = (one for one in ORDER if self._session.jobs.busy(one))
+        busy = next(working, "write" if self._session.writing.busy else "")
         if busy != self._channel:
             self._channel = busy
             self._words.setText(WORDS.get(busy, ""))
@@ -103,7 +105,7 @@ class Status(QStatusBar):
                 widget.show()
 
     def _progressed(self, channel: str, fraction: float, text: str) -> None:
-        if channel != self._channel:
+        if channel.partition(" ")[0] != self._channel:
             return
         known = self._session.decomposition
         if channel == "decompose" and known is not None and known.k:

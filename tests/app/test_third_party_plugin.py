@@ -93,7 +93,7 @@ def test_it_edits_in_the_window_and_replays_to_the_same_bytes(
 
     exported, recipe, again = (tmp_path / n for n in ("window.ply", "edit.json", "replay.ply"))
     window.files.export(exported)
-    qtbot.waitUntil(lambda: not session.jobs.busy("file"), timeout=30_000)
+    qtbot.waitUntil(lambda: not session.writing.busy, timeout=30_000)
     window.files.export_recipe(recipe)
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(plugin), str(ROOT)])}
     command = [sys.executable, "-m", "app", "replay", str(recipe), str(sphere_file), str(again)]

@@ -82,7 +82,7 @@ def test_a_whole_edit_at_two_levels_equals_its_replay(
 
     exported, recipe = tmp_path / "window.ply", tmp_path / "edit.json"
     window.files.export(exported)
-    qtbot.waitUntil(lambda: not session.jobs.busy("file"), timeout=30_000)
+    qtbot.waitUntil(lambda: not session.writing.busy, timeout=30_000)
     window.files.export_recipe(recipe)
     again = replay(Recipe.from_json(recipe.read_text("utf-8"), kinds()), load(sphere_file))
     save(again, tmp_path / "replay.ply")

@@ -350,7 +350,7 @@ class Monkey:
 
     def _files_busy(self) -> bool:
         jobs = self.window.session.jobs
-        return jobs.busy("file") or jobs.busy("save")
+        return jobs.busy("file") or self.window.session.writing.busy
 
     def _note_problem(self) -> None:
         problem = self.window.session.problems.sentence
