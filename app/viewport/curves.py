@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -162,8 +163,14 @@ def _tube(points: F64) -> tuple[F64, I64]:
 
 def _transported(along: F64) -> F64:
     """Return a unit vector across each tangent that does not twist along the line."""
+    # What all tangents are far from is across each of them; only a line that turns every way needs
+    # its vector carried from point to point.
+    away = np.linalg.eigh(along.T @ along)[1][:, 0]
+    across = away - (along @ away)[:, None] * along
+    length = np.linalg.norm(across, axis=1, keepdims=True)
+    if length.min() > 0.5:
+        return np.asarray(across / length)
     first = np.eye(3)[np.argmin(np.abs(along[0]))]
-    across = np.empty_like(along)
     for k, tangent in enumerate(along):
         first = first - (first @ tangent) * tangent
         first = first / (np.linalg.norm(first) or 1.0)
@@ -173,6 +180,14 @@ def _transported(along: F64) -> F64:
 
 def _balls(points: F64) -> tuple[F64, I64]:
     """Return unit offsets (p, s, 3) of a ball at each point, and its triangles."""
+    ball, faces = _ball()
+    all_faces = faces[None] + (np.arange(len(points)) * len(ball))[:, None, None]
+    return np.broadcast_to(ball, (len(points), *ball.shape)), all_faces.reshape(-1, 3)
+
+
+@cache
+def _ball() -> tuple[F64, I64]:
+    """Return the vertices (s, 3) of a ball of radius 1, and its triangles."""
     rings, sides = 7, 12
     polar = np.pi * (np.arange(rings) + 0.5) / rings
     angle = 2 * np.pi * np.arange(sides) / sides
@@ -194,9 +209,7 @@ def _balls(points: F64) -> tuple[F64, I64]:
     bottom = np.stack(
         [np.full(sides, rings * sides + 1), last + turn, last + np.arange(sides)], axis=1
     )
-    faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]], top, bottom])
-    all_faces = faces[None] + (np.arange(len(points)) * len(ball))[:, None, None]
-    return np.broadcast_to(ball, (len(points), *ball.shape)), all_faces.reshape(-1, 3)
+    return ball, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]], top, bottom])
 
 
 class Isoline:

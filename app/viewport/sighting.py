@@ -69,6 +69,16 @@ class Sighting(Layers):
         self._sight = (key, self._sight_of(ids))
         return self._sight[1]
 
+    def foresee(self) -> None:
+        """See what is where now, for the questions that will come.
+
+        A heavy form drawn in pieces is seen in idle moments as it is.
+        """
+        if self.scene.pieces is None:
+            sight = self.sight()
+            if sight is not None and not sight.ready:
+                self._prepare(sight)
+
     @property
     def sight_comes(self) -> bool:
         """Whether what is seen is being worked out, and not there yet."""
@@ -106,6 +116,10 @@ class Sighting(Layers):
             return
         sight = self._sight_of(ids)
         self._sight = (key, sight)
+        self._prepare(sight)
+
+    def _prepare(self, sight: Sight) -> None:
+        """Work out in a thread what every question to a sight needs."""
 
         def prepare() -> None:
             sight.prepare()

@@ -55,6 +55,10 @@ class Viewport(Sighting):
         self._patience.setSingleShot(True)
         self._patience.setInterval(MOST_WAIT_MS)
         self._patience.timeout.connect(self._let_go)
+        # What a stroke means is asked when it ends: what is seen is worked out while it is drawn.
+        self._foresee = QTimer(self)
+        self._foresee.setSingleShot(True)
+        self._foresee.timeout.connect(self.foresee)
         self.sighted.connect(self._let_go)
         self.hands = Hands(self, self.navigation)
         self._apply_eye()
@@ -69,6 +73,7 @@ class Viewport(Sighting):
             self.overlay.set_invitation(None)
             self._form_at_press = self._form_now()
             self._stroking = True
+            self._foresee.start()
         if self._held or (pointer.kind == "release" and self._waits()):
             self._hold(pointer)
         else:
@@ -173,6 +178,7 @@ class Viewport(Sighting):
             self.unlink(other)
         self._rest_timer.stop()
         self._patience.stop()
+        self._foresee.stop()
         self._held.clear()
         self.gradual.give_up()
         self.navigation.stop()
