@@ -23,7 +23,7 @@ def one_step_back(document: Document) -> tuple[Document, str] | None:
         return document.with_draft(replace(draft, source=None)), "Source dropped"
     if draft.strokes:
         *kept, last = draft.strokes
-        source = Source(last.anchors, last.view, last.closed, last.weights)
+        source = Source(last.anchors, last.view, last.closed, last.weights, last.outline)
         back = replace(draft, source=source, strokes=tuple(kept))
         return document.with_draft(back), "Target dropped"
     return document.with_draft(draft.with_roi(None)), "Region left"

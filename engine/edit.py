@@ -31,12 +31,14 @@ class Source:
     view : the camera it was drawn through.
     closed : whether the last anchor is followed by the first.
     weights : (c,) in (0, 1], how firmly each anchor shall meet its target; None for all 1.
+    outline : whether the anchors lie on the outline of the form in this view.
     """
 
     anchors: I64
     view: View
     closed: bool = False
     weights: F64 | None = None
+    outline: bool = False
 
     def still(self, mesh: Mesh) -> Stroke:
         """Return the stroke whose target is where `mesh` shows the anchors: it moves nothing."""
@@ -56,6 +58,8 @@ class Stroke:
     closed : whether the last anchor is followed by the first.
     weights : (c,) in (0, 1], how firmly each anchor shall meet its target; None for all 1.
     hidden : whether it is put aside in a draft: it stays there and has no effect.
+    outline : whether the outline of the form, in this view, shall meet the target rather than the
+        anchors, which lie on the outline before.
     """
 
     anchors: I64
@@ -64,6 +68,7 @@ class Stroke:
     closed: bool = False
     weights: F64 | None = None
     hidden: bool = False
+    outline: bool = False
 
     def to_json(self) -> dict[str, Any]:
         """Return plain lists and numbers."""
@@ -72,8 +77,9 @@ class Stroke:
             "view": self.view.to_json(),
             "target": np.asarray(self.target).tolist(),
         }
-        if self.closed:
-            data["closed"] = True
+        for name in ("closed", "outline"):
+            if getattr(self, name):
+                data[name] = True
         if self.weights is not None:
             data["weights"] = np.asarray(self.weights).tolist()
         return data
@@ -93,9 +99,10 @@ class Stroke:
         _refuse_unknown(data, known, "A stroke")
         if not {"anchors", "view", "target"} <= set(data):
             raise RecipeError("A stroke lacks its anchors, its view or its target. Add them.")
-        closed = data.get("closed", False)
-        if not isinstance(closed, bool):
-            raise RecipeError("A stroke's “closed” must be true or false.")
+        closed, outline = data.get("closed", False), data.get("outline", False)
+        for name, value in (("closed", closed), ("outline", outline)):
+            if not isinstance(value, bool):
+                raise RecipeError(f"A stroke's “{name}” must be true or false.")
         weights = data.get("weights")
         try:
             view = View.from_json(data["view"])
@@ -109,6 +116,7 @@ class Stroke:
             _numbers(data["target"], np.float64, "A stroke's target", 2),
             closed,
             None if weights is None else _numbers(weights, np.float64, "A stroke's weights", 1),
+            outline=outline,
         )
         check_stroke(stroke)
         return stroke

@@ -9,6 +9,7 @@ import numpy as np
 
 from engine.arap import Polish
 from engine.arrays import B1, F64, I64
+from engine.contour import OutlineAim, asked_next
 from engine.decomposition import decompose_stream
 from engine.detail import Decomposition
 from engine.errors import SketchError, SolveError
@@ -24,6 +25,10 @@ from engine.threads import while_polling
 
 if TYPE_CHECKING:
     from engine.edit import EditOptions, Stroke
+
+# An outline this near to its target is met; it takes two to four rounds, more for a sharp tip.
+_MET_PX = 0.2
+_OUTLINE_ROUNDS = 7
 
 # How far a vertex may go beyond what was drawn, in diagonals of the region.
 _FARTHEST = 1.0
@@ -199,26 +204,65 @@ class PreparedEdit:
         SketchError
             A target lies behind the eye.
         """
-        rest = self._surface.rest
+        moved = self._moved(strokes)
+        if not moved.any():
+            level = self._placed(self._surface.rest)
+            return self._result(level, self._mesh.vertices, self._target_error(level, strokes))
+        moved, error = self._onto_outlines(moved, strokes)
+        detailed = self.detailed(moved)
+        return self._result(self._level(moved), self._placed(detailed), error)
+
+    def _moved(self, strokes: Sequence[Stroke]) -> F64:
+        """Return the displacement (m, 3) that brings anchors to targets, in the region's frame."""
         asked = strokes
         if self._twins is not None:
-            asked = self._twins.with_twins(strokes, self._placed(rest))
+            asked = self._twins.with_twins(strokes, self._placed(self._surface.rest))
         aims = Rows.stacked([self._pin_rows(), *(self._sight_rows(s) for s in asked)])
         rows = Rows.stacked([aims.agreed(), *(self._depth_rows(s) for s in asked)])
         moved = self._handles.displacement(rows)
-        if not moved.any():
-            level = self._placed(rest)
-            return self._result(level, self._mesh.vertices, strokes)
-        if self._polish is not None:
+        if self._polish is not None and moved.any():
             moved = self._polish.relax(moved, self._options.polish)
         self._guard(moved, rows)
-        deformed = rest + moved * self._scale
-        detailed = self.detailed(moved)
-        level = self._placed(deformed)
-        return self._result(level, self._placed(detailed), strokes)
+        return moved
 
-    def _result(self, level: F64, vertices: F64, strokes: Sequence[Stroke]) -> EditResult:
-        error = self._target_error(level, strokes)
+    def _onto_outlines(self, moved: F64, strokes: Sequence[Stroke]) -> tuple[F64, float]:
+        """Move on until outlines lie on their targets; return the displacement and what is left.
+
+        Anchors on an outline stay inside their targets by as much as the outline goes beyond.
+        """
+        amount, roi = self._options.amount, self.decomposition.roi
+        rest = self._placed(self._surface.rest)
+        aims = {
+            i: OutlineAim(self._mesh, roi, rest, stroke, amount)
+            for i, stroke in enumerate(strokes)
+            if stroke.outline
+        }
+        ends = np.cumsum([len(strokes[i].anchors) for i in aims])
+        asked = [np.zeros(ends[-1] if aims else 0)]
+        left: list[F64] = []
+        nearest, off = moved, np.inf
+        for _ in range(_OUTLINE_ROUNDS if aims else 0):
+            level = self._level(moved)
+            left.append(np.concatenate([aim.beyond(level) for aim in aims.values()]))
+            now = float(np.abs(left[-1]).max())
+            if now < off:
+                nearest, off = moved, now
+            if off <= _MET_PX:
+                break
+            asked.append(asked_next(asked, left))
+            inner = dict(zip(aims, np.split(asked[-1], ends[:-1]), strict=True))
+            moved = self._moved(
+                [aims[i].inside(inner[i]) if i in aims else s for i, s in enumerate(strokes)]
+            )
+        others = [stroke for i, stroke in enumerate(strokes) if i not in aims]
+        error = self._target_error(self._level(nearest), others)
+        return nearest, max(error, off) if aims else error
+
+    def _level(self, moved: F64) -> F64:
+        """Return the surface at the level after a displacement (m, 3) in its frame, (n, 3)."""
+        return self._placed(self._surface.rest + moved * self._scale)
+
+    def _result(self, level: F64, vertices: F64, error: float) -> EditResult:
         return EditResult(level, vertices, error, self._mesh, self.decomposition.roi)
 
     def _placed(self, positions: F64) -> F64:

@@ -22,7 +22,7 @@ class EditResult:
     level_vertices : (n, 3) the surface at the level, deformed, without the finer details.
     vertices : (n, 3) with the details put back.
     target_error_px : largest distance of a reprojected anchor from its target, px; with `amount`,
-        from its share of the way there.
+        from its share of the way there. Of an outline as it is seen, where that has the target.
     mesh : the mesh before.
     roi : (m,) the vertices that could move.
     """

@@ -14,12 +14,14 @@ from scipy.spatial import cKDTree
 
 from engine.anchors import without_loops
 from engine.arrays import B1, F64, I64
+from engine.contour import Contour
 from engine.mesh import Mesh
-from engine.sketch import checked_path, tidy_stroke
+from engine.sketch import along, checked_path, chord_lengths, source_curve, tidy_stroke
 from engine.view import View
 
-_ALONG = 0.7  # share of the stroke that must run near the outline
 _OFF_OUTLINE = 8.0  # an edge beside the outline costs as much as so many on it
+_FEWEST = 6  # anchors of a chain that is worth smoothing
+_STRAYS = 4.0  # edges that a smooth chain may stray from the curve
 _SAMPLES = 9  # points of an outline edge that the stroke may be near to
 
 
@@ -39,26 +41,8 @@ def outline_edges(mesh: Mesh, view: View, roi: ArrayLike) -> tuple[I64, B1, I64]
     beside : (e, 2) two vertices whose triangles meet at the edge; of these one can be seen where
         the edge can.
     """
-    inside = np.zeros(mesh.n, dtype=bool)
-    inside[np.asarray(roi)] = True
-    faces = mesh.faces[inside[mesh.faces].any(axis=1)]
-    a, b, c = (view.project(mesh.vertices[corner]) for corner in faces.T)
-    u, v = b - a, c - a
-    front = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0] < 0
-    pairs = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    opposite = faces[:, [2, 0, 1]].ravel()
-    key = pairs[:, 0] * np.int64(mesh.n) + pairs[:, 1]
-    _, first, which, sides = np.unique(
-        key, return_index=True, return_inverse=True, return_counts=True
-    )
-    facing = np.bincount(which, weights=np.repeat(front, 3))
-    edges = pairs[first]
-    last = np.zeros(len(edges), dtype=np.int64)
-    last[which] = opposite
-    outline = (facing > 0) & ((facing < sides) | (sides == 1))
-    kept = inside[edges].all(axis=1)
-    beside = np.column_stack([opposite[first], last])
-    return edges[kept], outline[kept], beside[kept]
+    contour = Contour.of(mesh, roi)
+    return contour.edges, contour.outline(view, mesh.vertices), contour.beside
 
 
 def silhouette_chain(
@@ -69,6 +53,7 @@ def silhouette_chain(
     closed: bool = False,
     reach: float = 24.0,
     visible: ArrayLike | None = None,
+    share: float = 0.7,
 ) -> I64 | None:
     """Return the chain of vertices along the outline near a stroke, (c,), or None.
 
@@ -81,13 +66,16 @@ def silhouette_chain(
     closed : whether the stroke comes back to its start.
     reach : px that the stroke may be away from the outline.
     visible : vertex ids that can be seen; None when nothing hides anything.
+    share : of the stroke that must be so near to the outline.
 
     Notes
     -----
-    The chain is the shortest way over edges from the outline's vertex nearest to the stroke's
+    A first chain is the shortest way over edges from the outline's vertex nearest to the stroke's
     start, past one nearest to its middle, to the one nearest to its end. Edges on the outline are
-    cheap, so others are taken only to close gaps. None when most of the stroke is not near an
-    outline or no such way exists.
+    cheap, so others are taken only to close gaps. On a round flank the outline of the triangles
+    jumps to and fro in depth, which is not seen from the eye but would dent the surface: the
+    chain returned is the shortest way along the smooth curve that the first one zigzags around.
+    None when too little of the stroke is near an outline or no such way exists.
 
     Raises
     ------
@@ -107,7 +95,7 @@ def silhouette_chain(
     away[ids] = cKDTree(path).query(px[ids])[0]
     near = (away[edges] <= 2 * reach).all(axis=1)
     edges, outline = edges[near], outline[near]
-    if not outline.any() or not _runs_along(path, px[edges[outline]], reach):
+    if not outline.any() or _near_share(path, px[edges[outline]], reach) < share:
         return None
     length = np.linalg.norm(mesh.vertices[edges[:, 0]] - mesh.vertices[edges[:, 1]], axis=1)
     cost = length * np.where(outline, 1.0, _OFF_OUTLINE)
@@ -118,15 +106,43 @@ def silhouette_chain(
     at = (0.0, 1 / 3, 2 / 3, 0.0) if closed else (0.0, 0.5, 1.0)
     points = path[[round(share * (len(path) - 1)) for share in at]]
     stops = on_outline[cKDTree(px[on_outline]).query(points)[1]]
-    return _way(graph, stops, closed)
+    rough = _way(graph, stops, closed)
+    return None if rough is None else _calm(mesh, rough, np.asarray(roi), closed)
 
 
-def _runs_along(path: F64, ends: F64, reach: float) -> bool:
-    """Whether most of a stroke (p, 2) is near edges with the ends (e, 2, 2), px."""
-    share = np.linspace(0, 1, _SAMPLES)[:, None, None]
-    samples = (ends[:, 0] + share * (ends[:, 1] - ends[:, 0])).reshape(-1, 2)
+def _calm(mesh: Mesh, chain: I64, roi: I64, closed: bool) -> I64:
+    """Return the shortest way along the smooth curve through a chain, without its zigzag."""
+    x = mesh.vertices
+    loop = np.append(chain, chain[0]) if closed else chain
+    curve = source_curve(x[chain], closed)
+    curve = np.vstack([curve, curve[:1]]) if closed else curve
+    lengths = chord_lengths(curve)
+    edge = float(np.linalg.norm(np.diff(x[loop], axis=0), axis=1).mean())
+    if len(chain) < _FEWEST or not edge > 0 or not lengths[-1] > 0:
+        return chain
+    at = np.linspace(0.0, lengths[-1], int(np.ceil(4 * lengths[-1] / edge)) + 1)
+    ids = np.union1d(roi, chain)
+    away = np.full(mesh.n, np.inf)
+    tree = cKDTree(along(curve, lengths, at))
+    away[ids] = tree.query(x[ids], distance_upper_bound=_STRAYS * edge)[0] / edge
+    away[chain] = np.minimum(away[chain], _STRAYS)  # where nothing else joins, the first chain does
+    edges = mesh.topology.edges
+    edges = edges[np.isfinite(away[edges]).all(axis=1)]
+    cost = np.linalg.norm(x[edges[:, 0]] - x[edges[:, 1]], axis=1)
+    cost = cost * (1.0 + (away[edges] ** 2).sum(axis=1)) + 1e-9 * edge
+    graph = sp.csr_array(sp.coo_array((cost, tuple(edges.T)), shape=(mesh.n, mesh.n)))
+    third = len(chain) // 3
+    stops = chain[[0, third, 2 * third, 0]] if closed else chain[[0, -1]]
+    calm = _way(graph, stops, closed)
+    return chain if calm is None else calm
+
+
+def _near_share(path: F64, ends: F64, reach: float) -> float:
+    """Return the share of a stroke (p, 2) that is near edges with the ends (e, 2, 2), px."""
+    at = np.linspace(0, 1, _SAMPLES)[:, None, None]
+    samples = (ends[:, 0] + at * (ends[:, 1] - ends[:, 0])).reshape(-1, 2)
     away = cKDTree(samples).query(path)[0]
-    return bool((away <= reach).mean() >= _ALONG)
+    return float((away <= reach).mean())
 
 
 def _way(graph: sp.csr_array, stops: I64, closed: bool) -> I64 | None:

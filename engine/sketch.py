@@ -190,6 +190,23 @@ def resample_target(
     return hit + _turned_offsets(view.project(x) - seen, seen, hit, closed)
 
 
+def target_curve(points: F64, target: F64, view: View, closed: bool = False) -> F64:
+    """Return the curve that targets (c, 2) px were sampled from, without the anchors' zigzag.
+
+    It is the inverse of `resample_target`, to second order in the zigzag.
+
+    Parameters
+    ----------
+    points : (c, 3) the anchors where they were, in order.
+    target : (c, 2) px in `view`.
+    """
+    seen = view.project(source_curve(points, closed))
+    offsets = _turned_offsets(
+        view.project(points) - seen, seen, source_curve(target, closed), closed
+    )
+    return target - offsets
+
+
 def _without_tremor(path: F64, seen: F64, closed: bool) -> F64:
     """Return the target without what is finer than the anchors: they could not follow it.
 

@@ -246,4 +246,4 @@ class _Pair:
         weights = stroke.weights
         if weights is not None:
             weights = values_along(weights[:, None], at, stroke.closed)[:, 0]
-        return Stroke(anchors, view, target, stroke.closed, weights)
+        return Stroke(anchors, view, target, stroke.closed, weights, outline=stroke.outline)

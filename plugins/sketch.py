@@ -42,6 +42,8 @@ BESIDE, MANY = 0.3, 0.3  # of a curve's length, of its anchors: when the region 
 BACK = 0.25  # of the region about a curve: when so much is turned away, it goes on behind
 ASIDE = 0.35  # cosine to the curve: what lies more along it is beyond its end, not beside it
 SNAPS = 24.0  # px: an outline this near draws a stroke onto itself
+HUGS = 8.0, 0.05  # px, and share of its length: a stroke all along so near to one is seen edge-on
+ALONG, ALL_ALONG = 0.7, 0.95  # of a stroke: near an outline where it is meant, and else
 
 
 def _stabiliser() -> float:
@@ -111,7 +113,8 @@ class SourceTool(Tool):
             raise EngineError("There is no region to draw on. Press L and circle a part first.")
         held, missed = _under(context, path, draft.roi)
         snaps = context.options.outline or pointer.alt or missed > MISSES
-        anchors = _on_outline(context, path, draft.roi, closed) if snaps else None
+        anchors = _on_outline(context, path, draft.roi, closed, snaps)
+        outlined = anchors is not None
         if anchors is None:
             if held < COVERED:
                 context.notice(
@@ -127,7 +130,7 @@ class SourceTool(Tool):
             context.notice(
                 "The region ends just behind this curve; Shift+L takes the back of the form as well"
             )
-        source = Source(anchors, context.view, closed, weights)
+        source = Source(anchors, context.view, closed, weights, outlined)
         return context.document.with_draft(replace(draft, source=source))
 
 
@@ -317,13 +320,20 @@ def _under(context: Context, path: F64, roi: I64) -> tuple[float, float]:
     return float(np.mean(held)), float(np.mean(missed))
 
 
-def _on_outline(context: Context, path: F64, roi: I64, closed: bool) -> I64 | None:
-    """Return the anchors on the form's outline beside a path (p, 2) px, or None without one."""
+def _on_outline(context: Context, path: F64, roi: I64, closed: bool, meant: bool) -> I64 | None:
+    """Return the anchors on the form's outline beside a path (p, 2) px, or None without one.
+
+    A path that keeps close to the outline without being meant for it is taken for one too: seen
+    that edge-on, a tremor of the hand would be a wide zigzag in depth.
+    """
+    close, part = HUGS
+    reach = SNAPS if meant else min(close, part * float(lengths(path)[-1]))
     left, top = path.min(axis=0) - 2 * SNAPS
     right, bottom = path.max(axis=0) + 2 * SNAPS
     around = np.array([(left, top), (right, top), (right, bottom), (left, bottom)])
     visible = context.vertices_inside(around)
-    return silhouette_chain(context.shown, path, context.view, roi, closed, SNAPS, visible)
+    share = ALONG if meant else ALL_ALONG
+    return silhouette_chain(context.shown, path, context.view, roi, closed, reach, visible, share)
 
 
 def _is_closed(path: F64) -> bool:
@@ -350,11 +360,13 @@ def _inside(faces: I64, all_faces: I64, roi: I64) -> I64:
 
 
 def _source(stroke: Stroke) -> Source:
-    return Source(stroke.anchors, stroke.view, stroke.closed, stroke.weights)
+    return Source(stroke.anchors, stroke.view, stroke.closed, stroke.weights, stroke.outline)
 
 
 def _stroke(source: Source, view: View, target: F64) -> Stroke:
-    return Stroke(source.anchors, view, target, source.closed, source.weights)
+    # From elsewhere the anchors are not on the outline any more: they meet the target themselves.
+    outline = source.outline and source.view == view
+    return Stroke(source.anchors, view, target, source.closed, source.weights, outline=outline)
 
 
 def _with_strokes(document: Document, strokes: tuple[Stroke, ...]) -> Document:

@@ -1,0 +1,223 @@
+"""The contour of a form: where it turns away from the eye, and how far it goes beyond a target.
+
+Anchors on the outline of a form that meet their targets do not make the targets its new outline:
+another part of the flank comes to lie outside them. The aim of such a stroke is the outline itself;
+it is met by asking the anchors to stay so much further inside.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
+
+from engine.arrays import B1, F64, I64
+from engine.mesh import Mesh
+from engine.sketch import smoothed, source_curve, target_curve
+from engine.view import View
+
+if TYPE_CHECKING:
+    from engine.edit import Stroke
+
+# What lies further from the source than this share of its length belongs to other outlines.
+_BESIDE = 0.5
+# A new outline lies at most this share of the anchors' way, and so many pixels, off its target.
+_OF_THE_WAY, _NEAR_PX = 0.5, 8.0
+# Weight of second differences along the curve: waves shorter than ten anchors are not followed.
+_EVEN = (2 * np.sin(np.pi / 10)) ** -4
+_STILL_PX = 2.0  # a target this near to its anchors hardly asks for anything
+_ROUNDS_MIXED = 3
+_MOST_PAIRS = 4_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Contour:
+    """The edges of a part of a surface and the two faces at each, to find its contour by.
+
+    Parameters
+    ----------
+    faces : (f, 3) vertex ids.
+    edges : (e, 2) vertex ids, inside the part only.
+    counts : (e,) how many faces meet there.
+    which : (3 f,) the edge of each face's side, or e for edges that do not count.
+    beside : (e, 2) two vertices whose triangles meet at the edge.
+    """
+
+    faces: I64
+    edges: I64
+    counts: I64
+    which: I64
+    beside: I64
+
+    @classmethod
+    def of(cls, mesh: Mesh, ids: ArrayLike) -> Self:
+        """Return the contour of the part of a mesh between the vertices `ids`."""
+        inside = np.zeros(mesh.n, dtype=bool)
+        inside[np.asarray(ids)] = True
+        faces = mesh.faces[inside[mesh.faces].any(axis=1)]
+        pairs = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+        opposite = faces[:, [2, 0, 1]].ravel()
+        key = pairs[:, 0] * np.int64(mesh.n) + pairs[:, 1]
+        _, first, which, counts = np.unique(
+            key, return_index=True, return_inverse=True, return_counts=True
+        )
+        edges = pairs[first]
+        last = np.zeros(len(edges), dtype=np.int64)
+        last[which] = opposite
+        kept = inside[edges].all(axis=1)
+        place = np.where(kept, np.cumsum(kept) - 1, kept.sum())
+        beside = np.column_stack([opposite[first], last])
+        return cls(faces, edges[kept], counts[kept], place[which], beside[kept])
+
+    def outline(self, view: View, vertices: F64) -> B1:
+        """Mask (e,) of the edges on the outline: one side faces the eye and the other does not.
+
+        An edge with no other side is on the outline where it can be seen from its front. A
+        triangle faces the eye when its corners are seen in the order of their orientation, which
+        holds for parallel projections as for perspective ones.
+
+        Parameters
+        ----------
+        vertices : (n, 3) where the mesh is now.
+        """
+        a, b, c = (view.project(vertices[corner]) for corner in self.faces.T)
+        u, v = b - a, c - a
+        front = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0] < 0
+        e = len(self.edges)
+        facing = np.bincount(self.which, weights=np.repeat(front, 3), minlength=e + 1)[:e]
+        return np.asarray((facing > 0) & ((facing < self.counts) | (self.counts == 1)))
+
+    def lines(self, view: View, vertices: F64) -> F64:
+        """Return the edges on the outline as they are seen, (s, 2, 2) px."""
+        ends = self.edges[self.outline(view, vertices)]
+        return np.stack([view.project(vertices[end]) for end in ends.T], axis=1)
+
+
+def reach_beyond(lines: F64, curve: F64, outward: F64, limit: F64) -> F64:
+    """Return how far lines go beyond a curve along its normals, (c,) px; NaN where they do not.
+
+    Parameters
+    ----------
+    lines : (s, 2, 2) px.
+    curve, outward : (c, 2) px and unit normals.
+    limit : (c,) px that count, on either side; of several crossings the outermost does.
+    """
+    if len(lines) == 0:
+        return np.full(len(curve), np.nan)
+    low, high = lines.min(axis=1), lines.max(axis=1)
+    most = float(limit.max(initial=0.0))
+    near = ((high >= curve.min(axis=0) - most) & (low <= curve.max(axis=0) + most)).all(axis=1)
+    start, along = lines[near, 0], lines[near, 1] - lines[near, 0]
+    beyond = np.full(len(curve), -np.inf)
+    rows = max(1, _MOST_PAIRS // max(1, len(start)))
+    for first in range(0, len(curve), rows):
+        part = slice(first, first + rows)
+        to = start[None] - curve[part, None]
+        n = outward[part, None]
+        across = along[None, :, 0] * n[..., 1] - along[None, :, 1] * n[..., 0]
+        parallel = np.abs(across) < 1e-12
+        share = (n[..., 0] * to[..., 1] - n[..., 1] * to[..., 0]) / np.where(parallel, 1.0, across)
+        height = (to * n).sum(axis=2) + share * (along[None] * n).sum(axis=2)
+        met = ~parallel & (share >= 0) & (share <= 1) & (np.abs(height) <= limit[part, None])
+        beyond[part] = np.where(met, height, -np.inf).max(axis=1, initial=-np.inf)
+    return np.where(np.isfinite(beyond), beyond, np.nan)
+
+
+class OutlineAim:
+    """What a stroke whose anchors lie on the outline asks of the outline itself.
+
+    Where the target is hardly away from the anchors, the outline may keep its own distance from
+    the smooth curve through them, so that a target on that curve moves nothing.
+
+    Parameters
+    ----------
+    mesh : the mesh.
+    roi : (m,) ids that can move.
+    rest : (n, 3) the surface that the stroke deforms.
+    stroke : anchors, view, target.
+    amount : share of the way to the target.
+    """
+
+    def __init__(self, mesh: Mesh, roi: I64, rest: F64, stroke: Stroke, amount: float) -> None:
+        view, closed = stroke.view, stroke.closed
+        self.stroke = stroke
+        self._amount = amount
+        chain = rest[stroke.anchors]
+        reach = _BESIDE * float(np.linalg.norm(np.diff(chain, axis=0), axis=1).sum())
+        away = cKDTree(chain).query(rest[roi], distance_upper_bound=max(reach, 1e-300))[0]
+        self._contour = Contour.of(mesh, np.union1d(roi[np.isfinite(away)], stroke.anchors))
+        here = view.project(chain)
+        way = amount * (stroke.target - here)
+        before = view.project(source_curve(chain, closed))
+        self._aim = target_curve(chain, here + way, view, closed)
+        sign = _outward_sign(mesh, rest, stroke, before)
+        self._outward = sign * _normals(self._aim, closed)
+        self._limit = _NEAR_PX + _OF_THE_WAY * np.linalg.norm(way, axis=1)
+        lines = self._contour.lines(view, rest)
+        near = np.full(len(chain), _NEAR_PX)
+        own = reach_beyond(lines, before, sign * _normals(before, closed), near)
+        faded = 1.0 / (1.0 + (np.linalg.norm(way, axis=1) / _STILL_PX) ** 2)
+        self._own = faded * np.where(np.isfinite(own), own, 0.0)
+
+    def beyond(self, level: F64) -> F64:
+        """Return how far the outline of the deformed surface (n, 3) is beyond the target, (c,) px.
+
+        Ripples of the outline that are finer than the anchors can follow are left out.
+        """
+        lines = self._contour.lines(self.stroke.view, level)
+        reach = reach_beyond(lines, self._aim, self._outward, self._limit)
+        reach -= self._own
+        known = np.flatnonzero(np.isfinite(reach))
+        if 2 * len(known) < len(reach):
+            return np.zeros(len(reach))
+        whole = np.interp(np.arange(len(reach)), known, reach[known])
+        return smoothed(whole[:, None], _EVEN, self.stroke.closed)[:, 0]
+
+    def inside(self, shift: F64) -> Stroke:
+        """Return the stroke with its targets moved inwards by `shift` (c,) px."""
+        held = shift if self.stroke.weights is None else shift * self.stroke.weights
+        target = self.stroke.target - (held / self._amount)[:, None] * self._outward
+        return replace(self.stroke, target=target)
+
+
+def asked_next(asked: list[F64], left: list[F64]) -> F64:
+    """Return what to ask for next, given what was asked for so far and what each left over.
+
+    What is left over is asked for in addition. The surface answers parts of that in full and
+    others hardly: how it did in the last rounds tells (Anderson's mixing of three).
+
+    Parameters
+    ----------
+    asked, left : r arrays (c,) px each, r >= 1.
+    """
+    onward = asked[-1] + left[-1]
+    if len(left) == 1:
+        return onward
+    steps = np.diff(np.array(asked[-_ROUNDS_MIXED:]), axis=0).T
+    change = np.diff(np.array(left[-_ROUNDS_MIXED:]), axis=0).T
+    share = np.linalg.lstsq(change, left[-1], rcond=1e-3)[0]
+    return np.asarray(onward - (steps + change) @ share)
+
+
+def _normals(curve: F64, closed: bool) -> F64:
+    """Return unit normals of a curve (c, 2), all on its same side."""
+    if closed:
+        along = np.roll(curve, -1, axis=0) - np.roll(curve, 1, axis=0)
+    else:
+        along = np.gradient(curve, axis=0)
+    size = np.linalg.norm(along, axis=1, keepdims=True)
+    along = along / np.where(size > 0, size, 1.0)
+    return np.column_stack([-along[:, 1], along[:, 0]])
+
+
+def _outward_sign(mesh: Mesh, rest: F64, stroke: Stroke, curve: F64) -> float:
+    """Return 1 where the normals of the curve point away from the surface beside it, else -1."""
+    near = mesh.topology.incidence[stroke.anchors].indices
+    beside = np.unique(mesh.faces[near])
+    at = stroke.view.project(rest[beside])
+    nearest = cKDTree(curve).query(at)[1]
+    side = ((at - curve[nearest]) * _normals(curve, stroke.closed)[nearest]).sum()
+    return 1.0 if side <= 0 else -1.0
