@@ -37,12 +37,12 @@ CLOSES = 16.0  # px: a curve whose ends come this near, after a long way, is a c
 COVERED = 0.9  # of a source: where less of it lies on the region, the person is told
 MISSES = 0.08  # of a source: when more runs beside the form, its outline is meant
 SAMPLE = 6.0  # px between the places where it is looked up what lies under a source
-SAMPLES = 200  # such places at the most, in a long stroke further apart
+SAMPLES = 64  # such places at the most, in a long stroke further apart
 BESIDE, MANY = 0.3, 0.3  # of a curve's length, of its anchors: when the region ends beside it
 BACK = 0.25  # of the region about a curve: when so much is turned away, it goes on behind
 ASIDE = 0.35  # cosine to the curve: what lies more along it is beyond its end, not beside it
 SNAPS = 24.0  # px: an outline this near draws a stroke onto itself
-HUGS = 8.0, 0.05  # px, and share of its length: a stroke all along so near to one is seen edge-on
+HUGS = 8.0, 0.08  # px, and share of its length: a stroke all along so near to one is seen edge-on
 ALONG, ALL_ALONG = 0.7, 0.95  # of a stroke: near an outline where it is meant, and else
 
 
