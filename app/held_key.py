@@ -27,13 +27,18 @@ class HeldKey(QObject):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """B held shows the original, wherever the focus is outside a text."""
-        if event.type() in (QEvent.Type.KeyPress, QEvent.Type.KeyRelease):
-            assert isinstance(event, QKeyEvent)
-            typing = isinstance(QApplication.focusWidget(), (QLineEdit, QAbstractSpinBox))
-            if event.key() == Qt.Key.Key_B and not event.modifiers() and not typing:
-                if self._window.isActiveWindow() and not event.isAutoRepeat():
-                    self._stage.show_original(event.type() == QEvent.Type.KeyPress)
-                return False
-        elif event.type() == QEvent.Type.WindowDeactivate and watched is self._window:
+        # Every event of the application comes by: what it is costs more to ask than whose it is.
+        if isinstance(event, QKeyEvent):
+            pressed = event.type() == QEvent.Type.KeyPress
+            if pressed or event.type() == QEvent.Type.KeyRelease:
+                self._key(event, pressed)
+        elif watched is self._window and event.type() == QEvent.Type.WindowDeactivate:
             self._stage.show_original(False)
-        return super().eventFilter(watched, event)
+        return False
+
+    def _key(self, event: QKeyEvent, pressed: bool) -> None:
+        if event.key() != Qt.Key.Key_B or event.modifiers() or event.isAutoRepeat():
+            return
+        typing = isinstance(QApplication.focusWidget(), (QLineEdit, QAbstractSpinBox))
+        if not typing and self._window.isActiveWindow():
+            self._stage.show_original(pressed)
