@@ -15,6 +15,7 @@ class Ask(QWidget):
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent, Qt.WindowType.Popup)
+        self._over = parent
         self.setObjectName("ask")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setStyleSheet("#ask { background: palette(window); border: 1px solid palette(mid); }")
@@ -30,15 +31,15 @@ class Ask(QWidget):
 
     def ask(self, words: str, suggestion: str, then: Callable[[str], object]) -> None:
         """Show `words` and a suggestion; `then` gets what was typed."""
-        parent = self.parentWidget()
+        over = self._over
         self._then = then
         self._words.setText(words)
         self.line.setAccessibleName(words)
         self.line.setText(suggestion)
         self.line.selectAll()
         self.resize(WIDTH, self.sizeHint().height())
-        corner = parent.mapToGlobal(parent.rect().topLeft())
-        self.move(corner.x() + (parent.width() - WIDTH) // 2, corner.y() + 96)
+        corner = over.mapToGlobal(over.rect().topLeft())
+        self.move(corner.x() + (over.width() - WIDTH) // 2, corner.y() + 96)
         self.show()
         self.line.setFocus()
 

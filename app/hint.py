@@ -20,6 +20,7 @@ class HintLine(QFrame):
 
     def __init__(self, over: QWidget) -> None:
         super().__init__(over)
+        self._over = over
         self.setObjectName("hint")
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.setAccessibleName("What to do next")
@@ -108,7 +109,7 @@ class HintLine(QFrame):
         self._place()
 
     def _place(self) -> None:
-        over = self.parentWidget()
+        over = self._over
         most = min(WIDEST, over.width() - 2 * MARGIN)
         self._text.setWordWrap(False)
         wide = self._text.sizeHint().width() + 60

@@ -25,6 +25,7 @@ class Palette(QDialog):
 
     def __init__(self, actions: Actions, parent: QWidget) -> None:
         super().__init__(parent, Qt.WindowType.Popup)
+        self._over = parent
         self._actions = actions
         room = QPixmap(16, 16)
         room.fill(Qt.GlobalColor.transparent)
@@ -53,12 +54,12 @@ class Palette(QDialog):
 
     def open(self) -> None:
         """Show the palette near the top of the window."""
-        parent = self.parentWidget()
+        over = self._over
         self.line.clear()
         self._fill("")
         self.resize(WIDTH, 384)
-        corner = parent.mapToGlobal(parent.rect().topLeft())
-        self.move(corner.x() + (parent.width() - WIDTH) // 2, corner.y() + 80)
+        corner = over.mapToGlobal(over.rect().topLeft())
+        self.move(corner.x() + (over.width() - WIDTH) // 2, corner.y() + 80)
         self.show()
         self.line.setFocus()
 
@@ -68,9 +69,7 @@ class Palette(QDialog):
             assert isinstance(event, QKeyEvent)
             step = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1}.get(Qt.Key(event.key()))
             if step is not None:
-                row = self.list.indexOfTopLevelItem(self.list.currentItem()) + step
-                row = min(max(row, 0), self.list.topLevelItemCount() - 1)
-                self.list.setCurrentItem(self.list.topLevelItem(row))
+                self._choose(self.list.currentIndex().row() + step)
                 return True
             if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
                 self._do()
@@ -95,7 +94,14 @@ class Palette(QDialog):
             item.setTextAlignment(1, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
             own = self._actions.qt[name].icon()
             item.setIcon(0, self._none if own.isNull() else own)
-        self.list.setCurrentItem(self.list.topLevelItem(0))
+        self._choose(0)
+
+    def _choose(self, row: int) -> None:
+        """Go to a row, or to the one nearest to it that there is."""
+        row = min(max(row, 0), self.list.topLevelItemCount() - 1)
+        item = self.list.topLevelItem(row)
+        if item is not None:
+            self.list.setCurrentItem(item)
 
     def _do(self) -> None:
         item = self.list.currentItem()

@@ -17,6 +17,7 @@ class Plate(QFrame):
 
     def __init__(self, over: QWidget) -> None:
         super().__init__(over)
+        self._over = over
         self.setObjectName("plate")
         self.setStyleSheet(
             "#plate { background: palette(window); border: 1px solid palette(mid);"
@@ -78,8 +79,7 @@ class Plate(QFrame):
         return super().eventFilter(watched, event)
 
     def _place(self) -> None:
-        over = self.parentWidget()
-        wide = min(WIDEST, over.width() - 2 * MARGIN)
+        wide = min(WIDEST, self._over.width() - 2 * MARGIN)
         self.setFixedWidth(max(wide, 160))
         self._text.setFixedWidth(max(wide - 28, 120))
         self.adjustSize()

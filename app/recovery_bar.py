@@ -29,6 +29,7 @@ class RecoveryBar(QFrame):
 
     def __init__(self, over: QWidget) -> None:
         super().__init__(over)
+        self._over = over
         self.setObjectName("recovery")
         self.setAccessibleName("Restore unsaved work")
         self.setCursor(Qt.CursorShape.ArrowCursor)
@@ -79,7 +80,7 @@ class RecoveryBar(QFrame):
         return super().eventFilter(watched, event)
 
     def _place(self) -> None:
-        over = self.parentWidget()
+        over = self._over
         # The view cube keeps its corner where there is room for both.
         room = over.width() - CUBE - 3 * MARGIN
         if room < BESIDE_CUBE:
