@@ -40,12 +40,13 @@ class Keys(QDialog):
     def __init__(self, actions: Actions, parent: QWidget) -> None:
         super().__init__(parent)
         self._actions = actions
+        self._rows: dict[str, QTreeWidgetItem] = {}
         self.setWindowTitle("Keys")
         self.resize(680, 640)
-        self.find = QLineEdit(self)
-        self.find.setPlaceholderText("Find")
-        self.find.setAccessibleName("Find a key")
-        self.find.textChanged.connect(self.fill)
+        self.line = QLineEdit(self)
+        self.line.setPlaceholderText("Find")
+        self.line.setAccessibleName("Find a key")
+        self.line.textChanged.connect(self.fill)
         self.tree = QTreeWidget(self)
         self.tree.setHeaderHidden(True)
         self.tree.setStyleSheet("QTreeView::item { min-height: 24px; }")
@@ -71,7 +72,7 @@ class Keys(QDialog):
         column = QVBoxLayout(self)
         column.setContentsMargins(16, 16, 16, 16)
         column.setSpacing(8)
-        column.addWidget(self.find)
+        column.addWidget(self.line)
         column.addWidget(self.tree, 1)
         column.addWidget(self.words)
         column.addLayout(row)
@@ -79,7 +80,8 @@ class Keys(QDialog):
 
     def fill(self) -> None:
         """List what matches the text typed."""
-        wanted = self.find.text().lower().strip()
+        wanted = self.line.text().lower().strip()
+        self._rows.clear()
         self.tree.clear()
         groups: dict[str, QTreeWidgetItem] = {}
 
@@ -91,6 +93,8 @@ class Keys(QDialog):
                 groups[group].setFirstColumnSpanned(True)
             item = QTreeWidgetItem(groups[group], [title, keys])
             item.setData(0, NAME, name)
+            if name:
+                self._rows[name] = item
 
         for title, keys in HANDS:
             add("Hands", title, keys)
@@ -102,11 +106,9 @@ class Keys(QDialog):
 
     def choose(self, name: str) -> None:
         """Go to the row of an action."""
-        for i in range(self.tree.topLevelItemCount()):
-            group = self.tree.topLevelItem(i)
-            for k in range(group.childCount()):
-                if group.child(k).data(0, NAME) == name:
-                    self.tree.setCurrentItem(group.child(k))
+        row = self._rows.get(name)
+        if row is not None:
+            self.tree.setCurrentItem(row)
 
     def _name(self) -> str:
         item = self.tree.currentItem()

@@ -24,7 +24,7 @@ class DecimalField(QDoubleSpinBox):
 
     def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
         """Tell whether `text` is or may become a number; a comma becomes a point."""
-        return super().validate(text.replace(",", "."), position)  # type: ignore[return-value]
+        return super().validate(text.replace(",", "."), position)
 
     def valueFromText(self, text: str) -> float:
         """Return the number that `text` says."""

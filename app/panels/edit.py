@@ -66,11 +66,11 @@ class EditPanel(Panel):
         self._amount_words = QLabel(self)
         self._amount_words.setMinimumWidth(44)
         self._amount_words.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        self.depth = DecimalField(self)
-        self.depth.setRange(0.0, 10.0)
-        self.depth.setDecimals(3)
-        self.depth.setSingleStep(0.01)
-        self.depth.setToolTip("How firmly the curve keeps its distance from the eye")
+        self.depth_hold = DecimalField(self)
+        self.depth_hold.setRange(0.0, 10.0)
+        self.depth_hold.setDecimals(3)
+        self.depth_hold.setSingleStep(0.01)
+        self.depth_hold.setToolTip("How firmly the curve keeps its distance from the eye")
         self.polish = QSpinBox(self)
         self.polish.setRange(0, 50)
         self.polish.setSpecialValueText("off")
@@ -104,7 +104,7 @@ class EditPanel(Panel):
         for row, (label, widget) in enumerate(
             (
                 ("Symmetry", self.symmetry),
-                ("Depth hold", self.depth),
+                ("Depth hold", self.depth_hold),
                 ("Polish", self.polish),
                 ("Rim", self.rim),
             )
@@ -125,7 +125,9 @@ class EditPanel(Panel):
         self.body.addWidget(self.apply)
         self.body.addWidget(self._more)
         self.amount.valueChanged.connect(lambda v: self._set(lambda o: replace(o, amount=v / 100)))
-        self.depth.valueChanged.connect(lambda v: self._set(lambda o: replace(o, depth_hold=v)))
+        self.depth_hold.valueChanged.connect(
+            lambda v: self._set(lambda o: replace(o, depth_hold=v))
+        )
         self.polish.valueChanged.connect(lambda v: self._set(lambda o: replace(o, polish=v)))
         self.rim.activated.connect(
             lambda _i: self._set(lambda o: replace(o, rim=self.rim.currentData()))
@@ -163,7 +165,7 @@ class EditPanel(Panel):
         """Show the draft of the current document."""
         document = self._session.document
         options = EditOptions() if document is None else document.draft.options
-        widgets = (self.amount, self.depth, self.polish, self.rim, self.rectify)
+        widgets = (self.amount, self.depth_hold, self.polish, self.rim, self.rectify)
         for widget in widgets:
             widget.setEnabled(document is not None and document.draft.roi is not None)
         self.symmetry.setEnabled(document is not None)
@@ -171,7 +173,7 @@ class EditPanel(Panel):
         blockers = [QSignalBlocker(widget) for widget in widgets]
         self.amount.setValue(round(options.amount * 100))
         self._amount_words.setText(f"{options.amount:.0%}".replace("%", " %"))
-        self.depth.setValue(options.depth_hold)
+        self.depth_hold.setValue(options.depth_hold)
         self.polish.setValue(options.polish)
         self.rim.setCurrentIndex(max(self.rim.findData(options.rim), 0))
         self.rectify.setChecked(options.rectify)

@@ -197,7 +197,7 @@ def test_keys_are_changed_in_the_sheet_by_pressing_others(
     press(view, Qt.Key.Key_F1)
     keys = window._keys
     qtbot.waitUntil(keys.isVisible)
-    QTest.keyClicks(keys.find, "wireframe")
+    QTest.keyClicks(keys.line, "wireframe")
     group = keys.tree.topLevelItem(0)
     assert (group.text(0), group.childCount()) == ("View", 1)
     qtbot.mouseClick(

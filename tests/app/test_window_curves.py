@@ -144,7 +144,7 @@ def test_depth_hold_keeps_the_distance_from_the_eye(window: Window, qtbot) -> No
     draw(window, qtbot, bow(view, *ENDS, -0.4))
     away = []
     for hold in ("0", "10"):
-        typed(qtbot, window.edit.depth, hold)
+        typed(qtbot, window.edit.depth_hold, hold)
         rest(window, qtbot)
         assert session.target_error < 1.0
         depth = view.view().depth(session.shown.vertices[anchors])
