@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -83,8 +84,8 @@ def _file(window: Window) -> list[Action]:
                with_document, menu),
         *(
             Action(f"file.unit.{unit}", f"One unit is {words}",
-                   lambda unit=unit: window.session.set_unit(unit), enabled=with_document,
-                   menu=f"{menu}/One unit is", checked=lambda unit=unit: unit_is(unit))
+                   partial(window.session.set_unit, unit), enabled=with_document,
+                   menu=f"{menu}/One unit is", checked=partial(unit_is, unit))
             for unit, words in UNITS
         ),
         Action("file.quit", "Quit", window.close, ("Ctrl+Q",), menu=menu, apart=True),
@@ -161,9 +162,11 @@ def _region(window: Window) -> list[Action]:
 
     def take_through() -> None:
         document = session.document
-        if document is None or document.draft.roi is None:
+        if document is None:
             return
         draft = document.draft
+        if draft.roi is None:
+            return
         roi = seen_through(document.mesh, draft.roi, window.viewport.view())
         # What was drawn lies on the larger region too, and stays.
         wider = replace(draft, roi=frozen(roi, np.int64))
@@ -180,7 +183,10 @@ def _region(window: Window) -> list[Action]:
         return document is not None and bool(document.draft.options.mirror)
 
     def mirror(axis: Axis) -> None:
-        symmetry.choose("off" if symmetry.which == axis else axis)
+        symmetry.choose("off" if mirrors(axis) else axis)
+
+    def mirrors(axis: Axis) -> bool:
+        return symmetry.which == axis
 
     return [
         Action("region.grow", "Grow", change(grown, "Region grown"), ("Ctrl++", "Ctrl+="),
@@ -198,8 +204,8 @@ def _region(window: Window) -> list[Action]:
                ("Y",), "mdi6.reflect-horizontal", with_document, menu, checked=mirrored),
         *(
             Action(f"region.mirror.{axis}", f"Mirror across {axis.upper()} through the middle",
-                   lambda axis=axis: mirror(axis), enabled=with_document, menu=menu,
-                   checked=lambda axis=axis: symmetry.which == axis)
+                   partial(mirror, axis), enabled=with_document, menu=menu,
+                   checked=partial(mirrors, axis))
             for axis in AXES
         ),
         Action("region.keep", "Keep this region…", keep, (), "mdi6.bookmark-outline", with_region,
@@ -218,6 +224,9 @@ def _view(window: Window) -> list[Action]:
         QSettings().setValue("look/theme", name)
         window.appearance.choose(name)
         window.refresh()
+
+    def is_theme(name: str) -> bool:
+        return window.appearance.choice == name
 
     def flip_display(name: Display) -> None:
         viewport.set_display("clay" if viewport.display == name else name)
@@ -275,8 +284,7 @@ def _view(window: Window) -> list[Action]:
                menu=menu),
         *(
             Action(f"view.theme.{name}", f"{name.capitalize()} colours",
-                   lambda name=name: theme(name), menu=f"{menu}/Colours",
-                   checked=lambda name=name: window.appearance.choice == name)
+                   partial(theme, name), menu=f"{menu}/Colours", checked=partial(is_theme, name))
             for name in ("system", "dark", "light")
         ),
     ]  # fmt: skip

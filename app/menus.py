@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from pathlib import Path
+
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QMainWindow, QMenu
 
@@ -10,7 +13,9 @@ from app.files import Files
 from app.recent import recent
 from app.session import Session
 from app.viewport import Viewport
+from engine.arrays import I64
 from engine.files.report import shown
+from engine.view import View
 
 
 class Menus(QObject):
@@ -70,18 +75,18 @@ class Menus(QObject):
     def _fill_recent(self) -> None:
         self.recent.clear()
         for path in recent():
-            action = self.recent.addAction(shown(path.name), lambda p=path: self._files.open(p))
+            action = self.recent.addAction(shown(path.name), self._open(path))
             action.setToolTip(shown(str(path)))
         self.recent.setEnabled(bool(self.recent.actions()))
 
     def _fill_regions(self) -> None:
         self.regions.clear()
-        session, document = self._session, self._session.document
+        document = self._session.document
         kept = {} if document is None else document.regions
         for name, roi in kept.items():
             menu = self.regions.addMenu(f"{name}, {len(roi):,} vertices")
-            menu.addAction("Choose", lambda r=roi, n=name: session.choose_region(r, n))
-            menu.addAction("Forget", lambda n=name: session.keep_region(n, forget=True))
+            menu.addAction("Choose", self._choose_region(name, roi))
+            menu.addAction("Forget", self._forget_region(name))
         if not kept:
             self.regions.addAction("None yet").setEnabled(False)
 
@@ -91,7 +96,24 @@ class Menus(QObject):
         kept = {} if document is None else document.views
         for name, view in kept.items():
             menu = self.views.addMenu(name)
-            menu.addAction("Look from here", lambda v=view: self._viewport.recall(v))
-            menu.addAction("Forget", lambda n=name: self._session.forget_view(n))
+            menu.addAction("Look from here", self._recall(view))
+            menu.addAction("Forget", self._forget_view(name))
         if not kept:
             self.views.addAction("None yet").setEnabled(False)
+
+    # What an entry does. PySide would fill a free argument of it with whether it is checked.
+
+    def _open(self, path: Path) -> Callable[[], object]:
+        return lambda: self._files.open(path)
+
+    def _choose_region(self, name: str, roi: I64) -> Callable[[], object]:
+        return lambda: self._session.choose_region(roi, name)
+
+    def _forget_region(self, name: str) -> Callable[[], object]:
+        return lambda: self._session.keep_region(name, forget=True)
+
+    def _recall(self, view: View) -> Callable[[], object]:
+        return lambda: self._viewport.recall(view)
+
+    def _forget_view(self, name: str) -> Callable[[], object]:
+        return lambda: self._session.forget_view(name)

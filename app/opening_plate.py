@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import psutil
@@ -71,6 +72,6 @@ class OpeningPlate(QObject):
 
     def _unit_buttons(self) -> dict[str, Callable[[], object]]:
         return {
-            words.capitalize(): lambda unit=unit: self._session.set_unit(unit)
+            words.capitalize(): partial(self._session.set_unit, unit)
             for unit, words in UNIT_WORDS.items()
         }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from PySide6.QtCore import QBuffer, QEvent, QIODevice, QPoint, QSignalBlocker, QSize, Qt, Signal
@@ -232,13 +233,14 @@ class StepsPanel(Panel):
         menu = QMenu(self)
         for row in rows(history):
             if row.moment != history.current_id:
-                action = menu.addAction(
-                    row.words, lambda moment=row.moment: self.compare_asked.emit(moment)
-                )
+                action = menu.addAction(row.words, self._ask_to_compare(row.moment))
                 icon = self._icons.get(row.moment)
                 if icon is not None:
                     action.setIcon(icon)
         menu.popup(self.compare.mapToGlobal(QPoint(0, self.compare.height())))
+
+    def _ask_to_compare(self, moment: int) -> Callable[[], None]:
+        return lambda: self.compare_asked.emit(moment)
 
     def changeEvent(self, event: QEvent) -> None:
         """Rows are as high as the font asks for."""

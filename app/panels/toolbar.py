@@ -106,14 +106,14 @@ class ToolStrip(QFrame):
         tool = self._host.active
         if tool is None or tool.id == self._for:
             return
-        self._for = tool.id
+        name = self._for = tool.id
         self._name.setText(tool.title)
         if self._options is not None:
             self._options.hide()
             self._options.deleteLater()
         self._options = OptionsRow(
             self._host.toolbox.options_of(tool.id),
-            lambda options, name=tool.id: self._host.toolbox.set_options(name, options),
+            lambda options: self._host.toolbox.set_options(name, options),
             self,
         )
         self._row.insertWidget(1, self._options)

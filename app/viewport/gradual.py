@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -111,7 +112,7 @@ class Gradual(QObject):
         first = 0
         for number, faces in enumerate(pieces.faces):
             actor = pieces.actor(number)
-            self._render([actor], number == 0, lambda a=actor, n=first: numbered(a, n), plain=True)
+            self._render([actor], number == 0, partial(numbered, actor, first), plain=True)
             first += len(faces)
             yield
         drawn = read(self._window)
