@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Protocol
 
 import numpy as np
-from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtCore import QObject, Qt, Signal, SignalInstance
 
 from engine import History, HistoryState, Moment
 from engine.files.place import Stamp
@@ -24,8 +24,8 @@ JOURNALS = "journals"
 class Journalled(Protocol):
     """What is needed of the session."""
 
-    opened: Signal
-    document_changed: Signal
+    opened: SignalInstance
+    document_changed: SignalInstance
     history: History | None
     path: Path | None
     stamp: Stamp | None

@@ -102,7 +102,7 @@ def demo(name: str, folder: Path) -> Iterator[Path]:
     if name == "plate":
         from app.demo_plate import plate_figures
 
-        yield from plate_figures(drawn.recipe.steps[0], original, folder, report, run)
+        yield from plate_figures(first, original, folder, report, run)
     yield from _written(name, folder, mesh, drawn, report)
 
 

@@ -96,9 +96,11 @@ class Solving(QObject):
     def _rested(self) -> None:
         """Factorise for the level and the source that waits, before the target is drawn."""
         document, self._resting_on = self._resting_on, None
-        if document is None or document.draft.roi is None:
+        if document is None:
             return
         draft, mesh = document.draft, document.mesh
+        if draft.roi is None:
+            return
         known = self._decomposing.reaching(document)
         wanted = (mesh, draft.roi, draft.level, draft.options, draft.source)
         if known is None or (self._prepared is not None and _same_parts(wanted, self._prepared)):

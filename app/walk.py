@@ -22,18 +22,20 @@ def entrance(part: QWidget) -> QWidget | None:
     """Return the first widget of a part that takes the keys, or None."""
     if part.focusPolicy() & Qt.FocusPolicy.TabFocus:
         return part
-    inside = part
-    while (inside := inside.nextInFocusChain()) is not part:
+    inside = part.nextInFocusChain()
+    while inside is not None and inside is not part:
         takes = inside.focusPolicy() & Qt.FocusPolicy.TabFocus
         if takes and part.isAncestorOf(inside) and inside.isVisible() and inside.isEnabled():
             return inside
+        inside = inside.nextInFocusChain()
     return None
 
 
 def walk(window: Window, by: int) -> None:
     """Give the keys to the part `by` places on from the one that has them."""
     every, held = parts(window), QApplication.focusWidget()
-    here = next((k for k, one in enumerate(every) if one is held or one.isAncestorOf(held)), -by)
+    holds = (k for k, one in enumerate(every) if held and (one is held or one.isAncestorOf(held)))
+    here = next(holds, -by)
     wanted = entrance(every[(here + by) % len(every)])
     assert wanted is not None
     wanted.setFocus(Qt.FocusReason.TabFocusReason)

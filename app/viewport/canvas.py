@@ -25,7 +25,10 @@ class Canvas(QtInteractor):
     scene : all that is drawn.
     renders : frames so far.
     frame_ms : what the last one took.
+    render_window : VTK's own window; it is there until this one is closed.
     """
+
+    render_window: Any
 
     def __init__(self, parent: QWidget | None, theme: Theme = DARK) -> None:
         super().__init__(parent, auto_update=False, multi_samples=0, lighting="none")
@@ -33,7 +36,7 @@ class Canvas(QtInteractor):
         interactor = self.render_window.GetInteractor()
         interactor.EnableRenderOff()
         interactor.AddObserver("RenderEvent", self._render_wanted)
-        self.disable_picking()
+        self.disable_picking()  # type: ignore[call-arg]  # pyvista hides that it is a method
         self.renders = 0
         self.frame_ms = 0.0
         self._full_frame_ms = 0.0

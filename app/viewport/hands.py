@@ -329,7 +329,7 @@ class Hands(QObject):
 
     def _continue_motion(self, at: QPointF) -> None:
         moved, self._last = at - self._last, QPointF(at)
-        if not moved.isNull():
+        if self._motion is not None and not moved.isNull():
             self._camera.continue_motion(self._motion, moved.x(), moved.y())
 
     def _end_motion(self) -> None:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkDataObject
-from vtkmodules.vtkRenderingCore import vtkActor, vtkRenderer, vtkRenderWindow
+from vtkmodules.vtkRenderingCore import vtkActor, vtkRenderer
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLHardwareSelector
 
 _MOST = 1 << 24  # triangles that three bytes of colour can tell apart
@@ -31,9 +31,7 @@ _NUMBER_AS_COLOUR = """//VTK::Picking::Impl
 _ACTOR_PASS, _LOW_PASS, _HIGH_PASS = 0, 5, 6
 
 
-def capture(
-    window: vtkRenderWindow | Any, renderer: vtkRenderer, actor: vtkActor
-) -> NDArray[np.int32]:
+def capture(window: Any, renderer: vtkRenderer, actor: vtkActor) -> NDArray[np.int32]:
     """Return the ids of the triangles of `actor` that are seen, (height, width), -1 for none.
 
     Row 0 is the bottom, as VTK counts. Nothing but `actor` takes part: other props neither hide it
@@ -50,7 +48,7 @@ def capture(
         return read(window)
 
 
-def read(window: vtkRenderWindow | Any) -> NDArray[np.int32]:
+def read(window: Any) -> NDArray[np.int32]:
     """Return the numbers (height, width) that were drawn as colours, -1 for none."""
     width, height = window.GetSize()
     pixels = vtkUnsignedCharArray()
@@ -64,7 +62,7 @@ def read(window: vtkRenderWindow | Any) -> NDArray[np.int32]:
 def alone(renderer: vtkRenderer, actors: Sequence[vtkActor]) -> Iterator[None]:
     """Show `actors` and nothing else."""
     others = []
-    props = renderer.GetViewProps()
+    props: Any = renderer.GetViewProps()  # the last is None, of which VTK's stubs know nothing
     props.InitTraversal()
     while (prop := props.GetNextProp()) is not None:
         if prop not in actors and prop.GetVisibility():
@@ -120,9 +118,7 @@ def numbered(actor: vtkActor, first: int = 0) -> Iterator[None]:
         look.SetEdgeVisibility(edges)
 
 
-def captured_by_selector(
-    window: vtkRenderWindow | Any, renderer: vtkRenderer, actor: vtkActor
-) -> NDArray[np.int32]:
+def captured_by_selector(window: Any, renderer: vtkRenderer, actor: vtkActor) -> NDArray[np.int32]:
     """Return what `capture` returns, by VTK's own hardware selector: slower, for any number."""
     width, height = window.GetSize()
     window.MakeCurrent()

@@ -33,7 +33,8 @@ def background(renderer: vtkRenderer, theme: Theme) -> None:
 
     Ambient occlusion in VTK 9.7 fills the ground with one colour: then it is the mean of both.
     """
-    ground, sky = rgb(theme.ground), rgb(theme.sky)
+    ground: tuple[float, ...] = rgb(theme.ground)
+    sky = rgb(theme.sky)
     if renderer.GetUseSSAO():
         ground = tuple((a + b) / 2 for a, b in zip(ground, sky, strict=True))
     renderer.SetBackground(*ground)

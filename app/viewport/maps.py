@@ -21,13 +21,13 @@ from app.viewport.shading import (
 from engine.arrays import F64
 
 if TYPE_CHECKING:
-    from app.viewport.widget import Viewport
+    from app.viewport.layers import Layers
 
 
 class Maps:
     """The viewport's way of colouring, and what it needs to keep for that."""
 
-    def __init__(self, viewport: Viewport) -> None:
+    def __init__(self, viewport: Layers) -> None:
         self._viewport = viewport
         self._reference: F64 | None = None
         self._most = 0.0

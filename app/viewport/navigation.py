@@ -16,7 +16,7 @@ from app.viewport.hands import ORBIT_PER_PIXEL, ZOOM_PER_PIXEL, Motion
 from engine.arrays import F64
 
 if TYPE_CHECKING:
-    from app.viewport.widget import Viewport
+    from app.viewport.canvas import Canvas
 
 FLIGHT_MS = 220
 TURNTABLE_PER_SECOND = math.radians(36.0)
@@ -32,7 +32,7 @@ class Navigation(QObject):
 
     moved = Signal()
 
-    def __init__(self, viewport: Viewport) -> None:
+    def __init__(self, viewport: Canvas) -> None:
         super().__init__(viewport)
         self._viewport = viewport
         self._pivot: F64 = np.zeros(3)

@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QImage
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
-from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
+from vtkmodules.vtkRenderingCore import vtkRenderer
 
 LARGEST = 8192
 _SAMPLES = 8
 
 
 def rendered(
-    window: vtkRenderWindow | Any,
+    window: Any,
     renderer: vtkRenderer,
     size: tuple[int, int],
     transparent: bool,

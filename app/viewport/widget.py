@@ -13,6 +13,7 @@ from __future__ import annotations
 from typing import Any
 
 from PySide6.QtCore import QEvent, Qt, QTimer, Signal
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QAbstractSpinBox, QApplication, QComboBox, QLineEdit, QWidget
 
 from app.look import DARK, Theme
@@ -166,11 +167,12 @@ class Viewport(Sighting):
 
     def event(self, event: QEvent) -> bool:
         """Handle what Qt sends."""
-        if event.type() == QEvent.Type.ShortcutOverride and event.key() == Qt.Key.Key_Space:
+        asks = event.type() == QEvent.Type.ShortcutOverride
+        if asks and isinstance(event, QKeyEvent) and event.key() == Qt.Key.Key_Space:
             event.accept()
         return bool(super().event(event))
 
-    def close(self) -> None:
+    def close(self) -> None:  # type: ignore[override]  # its two bases, Qt and pyvista, disagree
         """Free everything of OpenGL; call it before the window goes."""
         if getattr(self, "_closed", True):
             return
