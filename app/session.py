@@ -10,6 +10,7 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from app.drafting import on_both_sides, one_step_back
+from app.form import Form
 from app.jobs import Jobs
 from app.problems import Problems
 from app.showing import Showing
@@ -47,7 +48,7 @@ class Session(QObject):
     -------
     opened : another mesh is open; its history has begun.
     document_changed : `document` is another one than before.
-    shown_changed(flowing) : `shown` moved; `flowing` when it should be seen to move there.
+    shown_changed(flowing) : `form` is another; `flowing` when it should be seen to move there.
     decomposition_changed : more is known about the region (base, then more and more modes).
     misbehaved(step, reason, wrong) : a step was given up, see `Stepping`.
     noticed(text) : something worth a line happened (opened, exported).
@@ -122,9 +123,14 @@ class Session(QObject):
         return self._showing.subject
 
     @property
-    def shown(self) -> Mesh | None:
+    def form(self) -> Form | None:
         """The surface as it is displayed: at the level, deformed, or the mesh itself."""
-        return self._showing.surface
+        return self._showing.form
+
+    @property
+    def shown(self) -> Mesh | None:
+        """That surface as a mesh."""
+        return None if self.form is None else self.form.whole
 
     @property
     def decomposition(self) -> Decomposition | None:

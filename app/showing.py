@@ -5,10 +5,10 @@ from __future__ import annotations
 from PySide6.QtCore import QObject, Signal
 
 from app.decomposing import Decomposing
+from app.form import Form
 from app.jobs import Jobs
 from app.solving import Solving
 from engine import Decomposition, Document, Mesh
-from engine.arrays import F64
 
 
 class Showing(QObject):
@@ -19,7 +19,7 @@ class Showing(QObject):
 
     Signals
     -------
-    changed(flowing) : `surface` is another; `flowing` when it should be seen to move there.
+    changed(flowing) : `form` is another; `flowing` when it should be seen to move there.
     decomposition_changed : more is known about the region (base, then more and more modes).
     region_failed(document, error) : the region of `document` cannot be taken apart.
     failed(error) : what is drawn cannot be solved.
@@ -32,7 +32,7 @@ class Showing(QObject):
 
     def __init__(self, jobs: Jobs, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.surface: Mesh | None = None
+        self.form: Form | None = None
         self._document: Document | None = None
         self._details = False
         self._previewed: Document | None = None
@@ -120,9 +120,7 @@ class Showing(QObject):
         document = self.subject
         if document is None:
             return
-        positions = self._positions(document)
-        whole = positions is document.mesh.vertices
-        self.surface = document.mesh if whole else document.mesh.with_vertices(positions)
+        self.form = self._form(document)
         self.changed.emit(flowing)
 
     def _ask(self) -> None:
@@ -141,21 +139,17 @@ class Showing(QObject):
             self._solving.prepare_soon(self._document)
         self.show(flowing=first)
 
-    def _positions(self, document: Document) -> F64:
-        """Positions (n, 3) to show for a document, as far as they are known."""
+    def _form(self, document: Document) -> Form:
+        """Return what to show for a document, as far as it is known."""
         mesh, draft = document.mesh, document.draft
         if self._preview_mesh is not None:
-            return self._preview_mesh.vertices
+            return Form(self._preview_mesh)
         if draft.roi is None or (self._previewed is None and self._details):
-            return mesh.vertices
+            return Form(mesh)
         solved = self._solving.result_on(mesh) if draft.acting else None
-        return self._at_level(document) if solved is None else solved.level_vertices
-
-    def _at_level(self, document: Document) -> F64:
+        if solved is not None:
+            return Form(mesh, solved.roi, solved.level_vertices[solved.roi])
         known = self._decomposing.of(document)
         if known is None:
-            return document.mesh.vertices
-        positions = document.mesh.vertices.copy()
-        positions[known.roi] = known.surface(known.mode_count(document.draft.level))
-        positions.flags.writeable = False  # the mesh made of it then takes it without a copy
-        return positions
+            return Form(mesh)
+        return Form(mesh, known.roi, known.surface(known.mode_count(draft.level)))

@@ -7,15 +7,17 @@ import time
 import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from app.form import Form
 from app.session import Session
 from app.viewport import Viewport
-from app.viewport.around import differing
+from app.viewport.around import differing, distinct
 from engine import Document, Draft, Mesh, Source, Stroke, View, source_curve
 from engine.arrays import F64, I64
 from plugins.api import Pointer
 
 FLOW_SECONDS = 0.2
 FRAME_MS = 15
+_NONE: I64 = np.zeros(0, dtype=np.int64)
 
 
 class Stage(QObject):
@@ -34,10 +36,11 @@ class Stage(QObject):
         super().__init__(parent)
         self._session = session
         self._viewport = viewport
+        # On screen is this mesh, apart from some vertices that may be anywhere.
         self._mesh: Mesh | None = None
-        self._drawn: F64 | None = None
-        self._flow_from: F64 | None = None
-        self._flow_to: F64 | None = None
+        self._apart: I64 = _NONE
+        self._way: I64 = _NONE
+        self._flowing: tuple[Form, I64, F64, F64] | None = None  # whereto, and what moves from, to
         self._began = 0.0
         self._original = False
         self._base_of: Draft | None = None
@@ -46,7 +49,6 @@ class Stage(QObject):
         self._roi: object = None
         self._plane: tuple[float, ...] | None = None
         self._plane_pointed = False
-        self._ids: I64 | None = None
         self._ghost_of: Mesh | None = None
         self._clock = QTimer(self)
         self._clock.setInterval(FRAME_MS)
@@ -89,8 +91,9 @@ class Stage(QObject):
         """Leave the viewport to somebody else, or put on it again what the session says."""
         self._paused = on
         self._stop()
-        if not on and self._drawn is not None:
-            self._viewport.set_vertices(self._drawn)
+        if not on and self._mesh is not None:
+            # Wherever somebody else has put the vertices.
+            self._apart = differing(self._viewport.vertices, self._mesh.vertices)
             self._shown(False)
 
     def stop(self) -> None:
@@ -103,45 +106,41 @@ class Stage(QObject):
         self._stop()
         self._original = False
         self._leave_base()
-        self._mesh = document.mesh
-        self._drawn = document.mesh.vertices
-        self._roi = self._plane = None
+        self._plane = None
         self._curves.clear()
-        self._ids = self._ghost_of = None
         self._viewport.set_mesh(document.mesh)
+        self._take_mesh(document.mesh)
+
+    def _take_mesh(self, mesh: Mesh) -> None:
+        """Note that the viewport has another mesh, and nothing on it."""
+        self._mesh, self._apart = mesh, _NONE
+        self._roi = self._plane = self._ghost_of = None
 
     def _shown(self, flowing: bool) -> None:
-        shown, document = self._session.shown, self._session.document
-        if shown is None or document is None or self._mesh is None or self._paused:
+        form, document = self._session.form, self._session.document
+        if form is None or document is None or self._mesh is None or self._paused:
             return
-        if shown.faces is not self._mesh.faces:
-            self._mesh = shown
-            self._drawn = shown.vertices
-            self._viewport.set_mesh(shown, keep_camera=True)
-            self._roi = self._ids = self._ghost_of = self._plane = None
-        if document.mesh.faces is shown.faces:
+        if form.mesh.faces is not self._mesh.faces:
+            self._viewport.set_mesh(form.whole, keep_camera=True)
+            self._take_mesh(form.whole)
+        if document.mesh.faces is form.mesh.faces:
             self._mark(document)
-        wanted = shown.vertices
-        if self._original and document.original.faces is shown.faces:
-            wanted = document.original.vertices
+        if self._original and document.original.faces is form.mesh.faces:
+            form = Form(document.original)
         elif self.base_alone:
-            wanted = self._base(document, wanted)
+            form = self._base(document) or form
         if flowing and not self._original:
-            self._flow(wanted)
+            self._flow(form)
             self._draw_curves(document)
         else:
             self._stop()
-            self._draw(wanted)
+            self._draw(form)
             self._settle()
 
-    def _base(self, document: Document, otherwise: F64) -> F64:
-        """Return the positions (n, 3) of the mesh with the base in the region, once it is known."""
+    def _base(self, document: Document) -> Form | None:
+        """Return the mesh with the base in the region, once it is known."""
         known = self._session.decomposition
-        if known is None:
-            return otherwise
-        positions = document.mesh.vertices.copy()
-        positions[known.roi] = known.base
-        return positions
+        return None if known is None else Form(document.mesh, known.roi, known.base)
 
     def _leave_base(self) -> None:
         """Let the next thing shown be the session's."""
@@ -153,39 +152,60 @@ class Stage(QObject):
         if pointer.kind == "press":
             self.show_base(False)
 
-    def _flow(self, wanted: F64) -> None:
-        assert self._drawn is not None
-        self._flow_from, self._flow_to = self._drawn, wanted
+    # ---- moving to a form
+
+    def _draw(self, form: Form) -> None:
+        """Put a form on screen."""
+        ids = self._way_to(form)
+        self._put(form.at(ids), ids)
+        self._mesh, self._apart = form.mesh, form.ids
+
+    def _flow(self, form: Form) -> None:
+        """Let a form be seen to come."""
+        ids = self._way_to(form)
+        self._flowing = (form, ids, self._viewport.vertices[ids], form.at(ids))
+        self._mesh, self._apart = form.mesh, ids
         self._began = time.monotonic()
         self._clock.start()
 
     def _frame(self) -> None:
-        assert self._flow_from is not None
-        assert self._flow_to is not None
+        assert self._flowing is not None
+        form, ids, before, after = self._flowing
         share = min((time.monotonic() - self._began) / FLOW_SECONDS, 1.0)
         eased = share * share * (3 - 2 * share)
         if share >= 1.0:
-            self._clock.stop()
-            self._draw(self._flow_to)
-            self._flow_from = self._flow_to = None
+            self._stop()
+            self._draw(form)
             self._settle()
         else:
-            self._draw(self._flow_from + eased * (self._flow_to - self._flow_from))
+            self._put(before + eased * (after - before), ids)
 
     def _stop(self) -> None:
         self._clock.stop()
-        self._flow_from = self._flow_to = None
+        self._flowing = None
 
-    def _draw(self, positions: F64) -> None:
-        """Put positions (n, 3) on screen; only those that changed are sent."""
-        if self._drawn is not None and positions is not self._drawn:
-            moved = differing(positions, self._drawn)
-            if moved.any():
-                # The same array of ids from frame to frame saves the viewport its preparation.
-                if self._ids is None or np.count_nonzero(moved) != moved[self._ids].sum():
-                    self._ids = np.flatnonzero(moved)
-                self._viewport.set_vertices(positions[self._ids], self._ids)
-        self._drawn = positions
+    def _way_to(self, form: Form) -> I64:
+        """Return the vertices that may be elsewhere on screen than in a form, ascending.
+
+        The same array again and again spares the viewport its preparation.
+        """
+        assert self._mesh is not None
+        parts = [self._apart, form.ids]
+        if form.mesh is not self._mesh:
+            parts.append(differing(form.mesh.vertices, self._mesh.vertices))
+        longest = max(parts, key=len)
+        if all(len(part) == 0 or np.array_equal(part, longest) for part in parts):
+            way = longest
+        else:
+            way = distinct(np.concatenate(parts), form.mesh.n)
+        if not np.array_equal(way, self._way):
+            self._way = way
+        return self._way
+
+    def _put(self, places: F64, ids: I64) -> None:
+        """Move vertices on screen, if they are not there already."""
+        if not np.array_equal(places, self._viewport.vertices[ids]):
+            self._viewport.set_vertices(places, ids)
 
     def _settle(self) -> None:
         document = self._session.subject
@@ -201,7 +221,8 @@ class Stage(QObject):
         wanted = document.mesh if lying else None
         if wanted is not self._ghost_of:
             self._ghost_of = wanted
-            self._viewport.ghost(None if wanted is None else wanted.vertices)
+            apart = self._apart if wanted is self._mesh else None
+            self._viewport.ghost(None if wanted is None else wanted.vertices, apart)
 
     def _mark(self, document: Document) -> None:
         """Show the region and the plane of the current document."""
@@ -228,10 +249,9 @@ class Stage(QObject):
             self._viewport.show_sheet(self._plane_pointed or document.draft.roi is None)
 
     def _draw_curves(self, document: Document) -> None:
-        shown = self._session.shown
-        if shown is None or self._drawn is None:
+        if self._mesh is None:
             return
-        draft = document.draft
+        draft, drawn = document.draft, self._viewport.vertices
         wanted: set[str] = set()
         marked = not self._original and not self.base_alone
         if marked:
@@ -243,21 +263,20 @@ class Stage(QObject):
                 if stroke.hidden:
                     continue
                 self._draw_source(f"source {i}", stroke)
-                points = on_picture_plane(stroke, self._drawn[stroke.anchors])
+                points = on_picture_plane(stroke, drawn[stroke.anchors])
                 self._viewport.show_curve(f"target {i}", points, "target", closed=stroke.closed)
                 wanted |= {f"source {i}", f"target {i}"}
         pins = np.array(draft.options.pins, dtype=np.int64)
         # Those of another region do nothing in this one.
         pins = pins[np.isin(pins, draft.roi)] if draft.roi is not None and marked else pins[:0]
-        self._viewport.set_pins(self._drawn[pins] if len(pins) else None)
+        self._viewport.set_pins(drawn[pins] if len(pins) else None)
         for name in self._curves - wanted:
             self._viewport.hide_curve(name)
         self._curves = wanted
 
     def _draw_source(self, name: str, curve: Source | Stroke) -> None:
         """Draw the smooth curve that the anchors zigzag around, and the anchors as dots."""
-        assert self._drawn is not None
-        anchors = self._drawn[curve.anchors]
+        anchors = self._viewport.vertices[curve.anchors]
         smooth = source_curve(anchors, curve.closed)
         self._viewport.show_curve(name, smooth, "source", curve.closed, anchors)
 

@@ -22,9 +22,9 @@ def distinct(numbers: NDArray[Any], n: int) -> I64:
     return np.flatnonzero(there)
 
 
-def differing(a: F64, b: F64) -> B1:
-    """Return which rows of arrays (n, 3) differ; column by column is ten times faster."""
-    return np.asarray((a[:, 0] != b[:, 0]) | (a[:, 1] != b[:, 1]) | (a[:, 2] != b[:, 2]))
+def differing(a: F64, b: F64) -> I64:
+    """Return the numbers of the rows in which arrays (n, 3) differ, ascending."""
+    return distinct(np.flatnonzero(a != b) // 3, len(a))
 
 
 def faces_about(ids: I64, incidence: sp.csr_array) -> I64:

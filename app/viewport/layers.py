@@ -101,9 +101,14 @@ class Layers(Inking):
         self.scene.set_map(None if colours is None else np.asarray(colours, dtype=np.uint8))
         self.update()
 
-    def ghost(self, positions: ArrayLike | None) -> None:
-        """Show other positions (n, 3) of the same mesh, translucent, where they differ."""
-        if self.scene.set_ghost(positions, self._vertices):
+    def ghost(self, positions: ArrayLike | None, apart: I64 | None = None) -> None:
+        """Show other positions (n, 3) of the same mesh, translucent, where they differ.
+
+        Parameters
+        ----------
+        apart : the vertices where they may differ; None for any.
+        """
+        if self.scene.set_ghost(positions, apart):
             self.update()
 
     def set_pins(self, points: ArrayLike | None) -> None:

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from app.look import DARK, RIM, Theme, rgb, rgb8
-from app.viewport.around import differing
 from app.viewport.camera import Eye
 from app.viewport.curves import Isoline, Segments
 from app.viewport.ghost import Ghost
@@ -90,7 +89,7 @@ class Scene:
         self.set_ghost(None)
         self.marks.clear()
         self.set_plane(None)
-        for drawn in (self.surface, self.stand_in and self.stand_in.surface):
+        for drawn in (self.surface, None if self.stand_in is None else self.stand_in.surface):
             if drawn is not None:
                 self.renderer.RemoveActor(drawn.actor)
         if self.pieces is not None:
@@ -190,12 +189,12 @@ class Scene:
         """The part of the original that is seen, if any is."""
         return None if self._ghost is None else self._ghost.drawn
 
-    def set_ghost(self, positions: ArrayLike | None, shown: F64 | None = None) -> bool:
+    def set_ghost(self, positions: ArrayLike | None, apart: I64 | None = None) -> bool:
         """Show the original (n, 3), translucent, wherever it differs from what is shown.
 
         Parameters
         ----------
-        shown : (n, 3) where the vertices are shown now, as they were given.
+        apart : the vertices that may be elsewhere than in the original; None for any.
 
         Returns whether the picture is another now.
         """
@@ -205,15 +204,10 @@ class Scene:
         self._ghost = None
         if positions is not None and self.surface is not None and self._mesh is not None:
             original = frozen(positions, np.float64)
-            differs = (
-                np.arange(self.surface.n)
-                if shown is None
-                else np.flatnonzero(differing(original, shown))
-            )
             self._ghost = Ghost(
                 self.renderer, self.surface, self._mesh.topology, self.placement, original
             )
-            self._ghost.follow(differs)
+            self._ghost.follow(np.arange(self.surface.n) if apart is None else apart)
         return (before is not None and before.seen) or (
             self._ghost is not None and self._ghost.seen
         )
