@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, Signal
 import engine
 from app.session import Session
 from app.viewport.heavy import prepare
-from engine import Document, EngineError, Imported, Run
+from engine import Document, Imported, Run
 from engine.archive import DOCUMENT_SUFFIX, Archive, open_archive
 from engine.files.place import write_file
 from engine.files.report import shown
@@ -105,12 +105,14 @@ class Files(QObject):
         document = self._session.document
         if document is None:
             return
-        try:
-            write_file(path, document.recipe.to_json().encode("utf-8"))
-        except EngineError as error:
-            self._session.problems.report(error)
-            return
-        self._session.noticed.emit(f"Recipe saved to {shown(path.name)}")
+        recipe = document.recipe
+        self._session.writing.write(
+            path,
+            lambda _run: write_file(path, recipe.to_json().encode("utf-8")),
+            lambda _none: self._session.noticed.emit(f"Recipe saved to {shown(path.name)}"),
+            self._session.problems.report,
+            urgent=True,
+        )
 
 
 def is_heavy(needed: int) -> bool:

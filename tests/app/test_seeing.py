@@ -13,7 +13,7 @@ from app.seeing import PictureDialog, likely_unit
 from app.viewport.recall import eye_from
 from app.window import Window
 from engine import Document, Mesh
-from tests.app.driving import Mouse, Pen, bow, circle, picture, settled
+from tests.app.driving import Mouse, Pen, bow, circle, picture, settled, soon
 
 
 @pytest.mark.parametrize("perspective", [True, False])
@@ -83,6 +83,7 @@ def test_a_picture_has_the_size_and_the_background_asked_for(
     assert width == 640
     for transparent in (True, False):
         window.picture_files.save(tmp_path / "picture.png", (width, height), transparent)
+        assert soon(lambda: not window.session.writing.busy)
         image = QImage(str(tmp_path / "picture.png"))
         assert (image.width(), image.height()) == (width, height)
         assert (image.pixelColor(2, 2).alpha() == 0) is transparent
@@ -98,7 +99,7 @@ def test_a_picture_to_trace_is_faded_moved_and_removed(
     image.save(str(tmp_path / "trace.png"))
     window.picture_files.trace(tmp_path / "trace.png")
     bar, overlay = window.trace_bar, window.viewport.overlay
-    assert bar.isVisible()
+    assert soon(bar.isVisible)
     bar.fade.setValue(20)
     bar.size_slider.setValue(50)
     before = overlay.backdrop.place
@@ -111,7 +112,7 @@ def test_a_picture_to_trace_is_faded_moved_and_removed(
     assert overlay.backdrop is None
     (tmp_path / "no.png").write_text("no picture", encoding="utf-8")
     window.picture_files.trace(tmp_path / "no.png")
-    assert "not a picture" in window.session.problems.sentence
+    assert soon(lambda: "not a picture" in window.session.problems.sentence)
 
 
 def test_v_flips_between_two_steps(window: Window, qtbot) -> None:

@@ -12,13 +12,14 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QLabel, QMessageBox
 
+from app.picture_files import encoded
 from app.recent import recent
 from app.window import Window
-from engine import save
+from engine import FileError, save
 from engine.archive import open_archive
 from engine.files.place import stamp_of
 from plugins.registry import kinds
-from tests.app.driving import settled
+from tests.app.driving import settled, soon
 
 MARKUP = '<b>bold<b> <img src="x.png">.obj'
 
@@ -135,18 +136,26 @@ def test_a_picture_is_written_whole_and_never_waited_for(
     pipe = tmp_path / "pipe.png"
     os.mkfifo(pipe)
     pictures.trace(pipe)
-    assert "is not an ordinary file" in problems.sentence
+    assert soon(lambda: "is not an ordinary file" in problems.sentence)
+    problems.clear()
     pictures.save(pipe, (40, 30))
-    assert "is not an ordinary file" in problems.sentence
+    assert soon(lambda: "is not an ordinary file" in problems.sentence)
     assert pipe.is_fifo()
     pictures.save(tmp_path / "none" / "a.png", (40, 30))
-    assert "the folder is not there" in problems.sentence
+    assert soon(lambda: "the folder is not there" in problems.sentence)
     pictures.save(tmp_path / "a.xyz", (40, 30))
-    assert "names no kind of picture" in problems.sentence
+    assert soon(lambda: "names no kind of picture" in problems.sentence)
     path = tmp_path / "line\nbreak.png"
     pictures.save(path, (40, 30))
+    assert soon(path.exists)
     assert QImage(str(path)).width() == 40
     assert sorted(p.name for p in tmp_path.iterdir()) == ["line\nbreak.png", "pipe.png"]
+
+
+@pytest.mark.qt_log_ignore("Maximum supported image dimension", extend=True)
+def test_a_kind_of_picture_that_holds_no_such_size_is_refused(qapp) -> None:
+    with pytest.raises(FileError, match=r"a\.jpg cannot hold a picture of 70000 × 1 pixels"):
+        encoded(QImage(70_000, 1, QImage.Format.Format_RGB32), Path("a.jpg"))
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="names are bytes there")

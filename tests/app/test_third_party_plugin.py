@@ -95,6 +95,7 @@ def test_it_edits_in_the_window_and_replays_to_the_same_bytes(
     window.files.export(exported)
     qtbot.waitUntil(lambda: not session.writing.busy, timeout=30_000)
     window.files.export_recipe(recipe)
+    qtbot.waitUntil(recipe.exists, timeout=30_000)
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(plugin), str(ROOT)])}
     command = [sys.executable, "-m", "app", "replay", str(recipe), str(sphere_file), str(again)]
     done = subprocess.run(

@@ -84,6 +84,7 @@ def test_a_whole_edit_at_two_levels_equals_its_replay(
     window.files.export(exported)
     qtbot.waitUntil(lambda: not session.writing.busy, timeout=30_000)
     window.files.export_recipe(recipe)
+    qtbot.waitUntil(recipe.exists, timeout=30_000)
     again = replay(Recipe.from_json(recipe.read_text("utf-8"), kinds()), load(sphere_file))
     save(again, tmp_path / "replay.ply")
     assert exported.read_bytes() == (tmp_path / "replay.ply").read_bytes()

@@ -15,7 +15,7 @@ from app.plate import Plate
 from app.welcome import DONE, belly
 from app.window import Window
 from engine import History, Mesh
-from tests.app.driving import Mouse, Pen, bow, circle, picture, settled
+from tests.app.driving import Mouse, Pen, bow, circle, picture, settled, soon
 
 CONTROL = Qt.KeyboardModifier.ControlModifier
 SHIFT = Qt.KeyboardModifier.ShiftModifier
@@ -382,6 +382,7 @@ def test_a_picture_is_saved_on_nothing(window: Window, qtbot, tmp_path: Path) ->
 
     size = (2 * window.viewport.width(), 2 * window.viewport.height())
     window.picture_files.save(tmp_path / "form.png", size)
+    assert soon((tmp_path / "form.png").exists)
     image = QImage(str(tmp_path / "form.png"))
     assert image.width() == 2 * window.viewport.width()
     assert image.pixelColor(2, 2).alpha() == 0

@@ -128,6 +128,8 @@ def trace(stage: Stage) -> None:
         path = Path(folder) / "sketch.png"
         drawing(stage, 0.28).save(str(path))
         window.picture_files.trace(path)
+        stage.rest()
+        assert window.trace_bar.isVisible()
     stage.stroke(circle(view, 0.06, 0.03, 0.2))
     stage.rest()
     stage.stroke(bow(view, (0.14, -0.08), (0.14, 0.14)))
