@@ -138,6 +138,13 @@ class Actions(QObject):
         """The first key of an action as a person reads it, or ""."""
         return self.qt[name].shortcut().toString(NATIVE)
 
+    def named(self, name: str) -> str:
+        """What a sentence calls an action: its key, else its title; "" for no action."""
+        if name not in self.table:
+            return ""
+        # Qt calls the large key Return; what is printed on it is Enter.
+        return self.key_shown(name).replace("Return", "Enter") or self.table[name].title
+
     def owner_of(self, sequence: str) -> str | None:
         """Id of the action that a key sequence belongs to."""
         wanted = QKeySequence(sequence)

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from app.window import Window
 
 LARGEST_PICTURE = 8192
-BASE_WORDS = "The base of the region, whatever the level. Shift+B shows your form again"
+BASE_WORDS = "The base of the region, whatever the level. {view.base} shows your form again"
 MARGIN = 12
 
 

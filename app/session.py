@@ -160,7 +160,7 @@ class Session(QObject):
             self._showing.forget_region_asked()
             self._refuse_region(document)
         elif channel == "solve":
-            self.noticed.emit("The preview was stopped; Enter still applies what you set")
+            self.noticed.emit("The preview was stopped; {edit.apply} still applies what you set")
 
     def close(self) -> None:
         """Stop the engine thread."""

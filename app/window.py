@@ -73,7 +73,7 @@ class Window(QMainWindow):
         self.documents = Documents(self.session, self.files, self.viewport, self)
         self.safety: Safety | None = None
         self.actions_table = Actions(self, self.viewport)
-        self.hint = HintLine(self.viewport)
+        self.hint = HintLine(self.viewport, self.actions_table.named)
         self.trace_bar = TraceBar(self.viewport)
         self.modes = ModesViewer(self.session, self.stage, self.viewport)
         self.compare: Compare | None = None
@@ -99,6 +99,7 @@ class Window(QMainWindow):
         self.menus = Menus(self, self.actions_table, self.session, self.files, self.viewport)
         self.rail.name_keys(lambda name: self.actions_table.key_shown(f"tool.{name}"))
         self.palette_box = Palette(self.actions_table, self)
+        self._name_keys()
         self._connect()
         self._dress(appearance.theme)
         self.refresh()
@@ -133,7 +134,8 @@ class Window(QMainWindow):
         self.steps.compare_asked.connect(self.compare_with)
         self.level.set_viewer(self.modes)
         self.modes.changed.connect(self.refresh)
-        self.actions_table.remapped.connect(self.rail.refresh)
+        self.actions_table.remapped.connect(self._name_keys)
+        self.hint.asked.connect(self.actions_table.trigger)
         self.documents.pictures = self.steps.pictures
         self.documents.saved.connect(self._saved)
         self.files.unpacked.connect(
@@ -156,6 +158,13 @@ class Window(QMainWindow):
             self.welcome,
         ):
             part.dress(theme)
+
+    def _name_keys(self) -> None:
+        """Let every part say the keys that actions have now."""
+        for part in (self.level, self.edit):
+            part.name_keys(self.actions_table.named)
+        self.rail.refresh()
+        self.hint.reread()
 
     # ---- keeping in step
 
@@ -181,7 +190,7 @@ class Window(QMainWindow):
     def _hint(self, document: Document | None) -> str:
         if document is None:
             busy = self.session.jobs.busy("file")
-            return "Opening…" if busy else "Open a mesh with Ctrl+O, or drop a file here"
+            return "Opening…" if busy else "Open a mesh with {file.open}, or drop a file here"
         if self.session.applying:
             return "Putting the details back…"
         if self.modes.mode is not None:

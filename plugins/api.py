@@ -22,7 +22,8 @@ What a tool may do
     positions in space mesh units. Tell the person what is wrong by raising `EngineError` with the
     fact and the remedy. Whatever else is raised, nonsense that is returned, and a call that does
     not come back within ten seconds ends the tool until the next start; the document stays as it
-    was.
+    was. A sentence names an action by its id, "Press {tool.lasso}": the person reads the key that
+    it has now, and can click it.
 
 What a step must do
     `apply` is a function of the step's data and the mesh: the same bits whenever it is called. It
@@ -87,6 +88,9 @@ from plugins.parts import taken_apart
 
 API_VERSION = 1
 """Version of this module; see above."""
+
+REGION_FIRST = "Choose a region first: press {tool.lasso} and circle the part you want to reshape"
+"""The hint of tools that work on a region, while there is none."""
 
 Role = Literal["region", "rim", "source", "target", "pin", "guide"]
 
@@ -287,8 +291,8 @@ class RegionTool(Tool):
     def hint(self, document: Document) -> str:
         """Say what to set, and how to keep it."""
         if document.draft.roi is None:
-            return "Choose a region first: press L and circle the part you want to change"
-        return f"{self.tip}. Enter applies it"
+            return REGION_FIRST
+        return f"{self.tip}. {{edit.apply}} applies it"
 
     def gesture(self, context: Context, pointer: Pointer) -> Gesture:
         """Take no strokes."""
@@ -299,7 +303,7 @@ class RegionTool(Tool):
         """Return the step for the region and the options as they are."""
         roi = context.document.draft.roi
         if roi is None:
-            raise EngineError("There is no region. Press L and circle the part to change.")
+            raise EngineError("There is no region. Press {tool.lasso} and circle a part first.")
         return self.step(roi, context.options, context.document)
 
     def step(self, roi: I64, options: Any, document: Document) -> Step:

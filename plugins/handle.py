@@ -10,6 +10,7 @@ import numpy as np
 from plugins.api import (
     F64,
     I64,
+    REGION_FIRST,
     Context,
     DataStep,
     Document,
@@ -110,7 +111,7 @@ class Handle(Tool):
     def hint(self, document: Document) -> str:
         """Say what a drag does."""
         if document.draft.roi is None:
-            return "Choose a region first: press L and circle the part you want to change"
+            return REGION_FIRST
         return "Drag a patch of the region to move it; Shift turns it, Ctrl scales it"
 
     def circle(self, options: HandleOptions) -> float | None:

@@ -27,6 +27,7 @@ STEP = 4.0  # px between the points of a lasso that is adjusted
 REACH = 0.12  # share of the lasso that follows on either side when it is dragged
 SPECK = 0.004  # of the region: so little left out all around is not left out on purpose
 SHORTEST = 12.0  # px: a shorter path is a slip of the hand, not a lasso
+ADJUST = "Drag the lasso into shape; {edit.apply} or a double click takes it, {edit.back} drops it"
 
 
 @dataclass(frozen=True)
@@ -108,7 +109,7 @@ def _adjusted(
     while True:
         context.draw(polygon, "region", closed=True)
         _show_caught(context, first, polygon)
-        context.say("Drag the lasso into shape; Enter or a double click takes it, Esc drops it")
+        context.say(ADJUST)
         pointer = yield
         if pointer.kind == "enter":
             return first, polygon

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from plugins.api import I64, Context, Document, EngineError, Gesture, Pointer, Tool
+from plugins.api import I64, REGION_FIRST, Context, Document, EngineError, Gesture, Pointer, Tool
 
 GRAB = 12.0  # px: a click this near to a pin means the pin
 SLIP = 4.0  # px: a shorter drag is a click
@@ -31,7 +31,7 @@ class Pin(Tool):
         """Say what a click does now."""
         draft = document.draft
         if draft.roi is None:
-            return "Choose a region first: press L and circle the part you want to reshape"
+            return REGION_FIRST
         if len(_pins(document)):
             return "Click to pin another point; drag a pin to move it, click on it to let it go"
         return self.tip
@@ -40,7 +40,7 @@ class Pin(Tool):
         """Pin what is under the press, let go the pin there, or drag it to another place."""
         press = pointer
         if context.document.draft.roi is None:
-            raise EngineError("There is no region to pin. Press L and circle a part first.")
+            raise EngineError("There is no region. Press {tool.lasso} and circle a part first.")
         held = _pin_near(context, press)
         moved: Document | None = None
         while pointer.kind != "release":

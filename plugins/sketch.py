@@ -13,6 +13,7 @@ from plugins.api import (
     B1,
     F64,
     I64,
+    REGION_FIRST,
     Context,
     Document,
     EngineError,
@@ -94,11 +95,11 @@ class SourceTool(Tool):
         """Say what to draw now."""
         draft = document.draft
         if draft.roi is None:
-            return "Choose a region first: press L and circle the part you want to reshape"
+            return REGION_FIRST
         if draft.acting:
             return "Draw another curve on the region"
         if any(getattr(step, "roi", None) is draft.roi for step in document.recipe.steps):
-            return "Draw another curve, change the level, or press Esc to leave the region"
+            return "Draw another curve, change the level, or press {edit.back} to leave the region"
         return "Slide the level, then draw a curve on the coloured part"
 
     def gesture(self, context: Context, pointer: Pointer) -> Gesture:
@@ -110,7 +111,7 @@ class SourceTool(Tool):
         path = tidy_stroke(drawn, 2.0, context.options.stabiliser)
         draft = context.document.draft
         if draft.roi is None:
-            raise EngineError("There is no region to draw on. Press L and circle a part first.")
+            raise EngineError("There is no region. Press {tool.lasso} and circle a part first.")
         held, missed = _under(context, path, draft.roi)
         snaps = context.options.outline or pointer.alt or missed > MISSES
         anchors = _on_outline(context, path, draft.roi, closed, snaps)
@@ -119,7 +120,7 @@ class SourceTool(Tool):
             if held < COVERED:
                 context.notice(
                     f"Only {held:.0%} of the curve lies on the coloured part; the target takes "
-                    "the place of that. Esc drops it"
+                    "the place of that. {edit.back} drops it"
                 )
             anchors = _on_surface(context, path, draft.roi, closed)
         weights = None
@@ -128,7 +129,7 @@ class SourceTool(Tool):
             weights = _weights(seen, drawn, pressures)
         if ends_behind(context, anchors, draft.roi):
             context.notice(
-                "The region ends just behind this curve; Shift+L takes the back of the form as well"
+                "The region ends just behind this curve; {region.through} takes the back as well"
             )
         source = Source(anchors, context.view, closed, weights, outlined)
         return context.document.with_draft(replace(draft, source=source))
@@ -177,8 +178,11 @@ class TargetTool(Tool):
         if draft.source is not None:
             return "Turn the view if you like, then draw where the curve should go"
         if draft.acting:
-            return "Drag the curve to adjust, draw it again, S for another, or Enter to apply"
-        return "Draw a source curve first: press S and draw on the region"
+            return (
+                "Drag the curve to adjust, draw it again, {tool.source} for another, "
+                "or {edit.apply} to apply"
+            )
+        return "Draw a source curve first: press {tool.source} and draw on the region"
 
     def gesture(self, context: Context, pointer: Pointer) -> Gesture:
         """Draw the target of the waiting source, take hold of one, or draw the last one again."""
@@ -188,7 +192,7 @@ class TargetTool(Tool):
             if held is not None:
                 return (yield from self._adjust(context, pointer, *held))
             if not draft.acting:
-                raise EngineError("There is no source curve. Press S and draw one on the region.")
+                raise EngineError("There is no source curve. Press {tool.source} and draw one.")
         return (yield from self._draw(context, pointer))
 
     def _draw(self, context: Context, pointer: Pointer) -> Gesture:

@@ -208,7 +208,7 @@ class Symmetrise(Tool):
     def hint(self, document: Document) -> str:
         """Say what will change, and how to keep it."""
         what = "the model" if document.draft.roi is None else "the region"
-        return f"Choose the plane and the side to keep; Enter makes {what} symmetric"
+        return f"Choose the plane and the side to keep; {{edit.apply}} makes {what} symmetric"
 
     def gesture(self, context: Context, pointer: Pointer) -> Gesture:
         """Take no strokes."""

@@ -22,6 +22,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.key_words import Read, plain
 from app.look import PIN, SOURCE, TARGET, Theme, icon
 from app.panels.decimal_field import DecimalField
 from app.panels.panel import GRID, Choice, Panel, plain_number
@@ -88,7 +89,6 @@ class EditPanel(Panel):
         self.rectify = QCheckBox("Details turn with the form", self)
         self.rectify.setToolTip("Off: details keep their direction in space (Fig. 11)")
         self.apply = QPushButton("Apply", self)
-        self.apply.setToolTip("Put the details back and keep the edit (Enter)")
         self.apply.setMinimumHeight(32)
         self.apply.clicked.connect(self.apply_asked)
         grid = QGridLayout()
@@ -143,6 +143,10 @@ class EditPanel(Panel):
         if watched is self.symmetry and event.type() in (QEvent.Type.Enter, QEvent.Type.Leave):
             self.plane_pointed.emit(event.type() == QEvent.Type.Enter)
         return super().eventFilter(watched, event)
+
+    def name_keys(self, read: Read) -> None:
+        """Say the key that applies the edit, as `read` knows it."""
+        self.apply.setToolTip(plain("Put the details back and keep the edit ({edit.apply})", read))
 
     def dress(self, theme: Theme) -> None:
         """Take the colours of `theme`."""

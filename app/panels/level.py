@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.key_words import Read, plain
 from app.look import Theme, icon
 from app.modes import ModesViewer
 from app.panels.charts import Histogram, LevelCurve
@@ -38,7 +39,6 @@ class LevelPanel(Panel):
         self.slider.setPageStep(TICKS // 10)
         self.slider.setSingleStep(TICKS // 100)
         self.slider.setAccessibleName("Level of detail")
-        self.slider.setToolTip("Level of detail: [ and ], or Alt+wheel in the viewport")
         self.slider.valueChanged.connect(lambda tick: session.slide_level(tick / TICKS))
         self.percent = _number(" %", 0.0, 100.0, 1, "Level of detail")
         self.percent.setSingleStep(1.0)
@@ -157,6 +157,11 @@ class LevelPanel(Panel):
         if shown and known is not None and document is not None:
             length = known.wavelength(self.mode.value())
             self.wave.setText(f"{length:.3g} {document.unit} long")
+
+    def name_keys(self, read: Read) -> None:
+        """Say the keys that move the level, as `read` knows them."""
+        words = "Level of detail: {level.less} and {level.more}, or Alt+wheel in the viewport"
+        self.slider.setToolTip(plain(words, read))
 
     def dress(self, theme: Theme) -> None:
         """Take the colours of `theme`."""

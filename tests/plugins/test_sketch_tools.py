@@ -394,7 +394,7 @@ def test_a_click_on_a_feature_sets_the_level_just_below_it() -> None:
 
 def test_without_a_source_the_target_says_what_to_do(context: FlatContext) -> None:
     chosen(context)
-    with pytest.raises(EngineError, match="Press S"):
+    with pytest.raises(EngineError, match="Press {tool.source}"):
         do(TargetTool(), context, line((-15, 10), (15, 10)))
     assert not TargetTool().available(context.document)
     bare = replace(context.document, draft=Draft())
