@@ -25,6 +25,7 @@ from tests.app.driving import (
     pixels,
     press,
     settled,
+    soon,
     through_menus,
 )
 
@@ -315,6 +316,7 @@ def test_a_picture_is_saved_through_its_dialog(
     for transparent in (True, False):
         with in_dialog(PictureDialog, fill):
             through_menus(window, "View", "Save a picture")
+        assert soon(lambda: not window.session.writing.busy)
         image = QImage(str(target))
         ratio = window.viewport.height() / window.viewport.width()
         assert (image.width(), image.height()) == (640, round(640 * ratio))
@@ -335,6 +337,7 @@ def test_a_picture_to_trace_is_chosen_faded_by_keys_and_removed(
     plain = on_form(window)
     through_menus(window, "View", "Picture to trace")
     bar = window.trace_bar
+    assert soon(bar.isVisible)
     half = on_form(window)
     assert (half[:, 0] - plain[:, 0]).mean() > 20, "red lies over the form"
     press(bar.fade, Qt.Key.Key_Home)
