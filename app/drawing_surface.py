@@ -6,13 +6,15 @@ from typing import Protocol
 
 from engine import View
 from engine.arrays import F64, I64
-from plugins.api import Hit, Role
+from plugins.api import Hit, Role, Side
 
 
 class DrawingSurface(Protocol):
     """What is drawn on and pointed at; all positions in logical pixels."""
 
     def view(self) -> View: ...
+
+    def towards(self, side: Side) -> F64: ...
 
     def pick(self, x: float, y: float) -> Hit | None: ...
 

@@ -13,7 +13,7 @@ from app.session import Session
 from app.toolbox import Toolbox
 from engine import Decomposition, Document, Mesh, Step, View
 from engine.arrays import F64, I64
-from plugins.api import Hit, Role, Tool
+from plugins.api import Hit, Role, Side, Tool
 
 SPAN = "span"
 
@@ -94,6 +94,10 @@ class ToolContext(QObject):
     def decomposition(self) -> Decomposition | None:
         """What is known of the region so far."""
         return self._session.decomposition
+
+    def towards(self, side: Side) -> F64:
+        """Unit direction to a side of the form."""
+        return self._canvas.towards(side)
 
     def pick(self, x: float, y: float) -> Hit | None:
         """What is visible at a pixel."""

@@ -89,6 +89,9 @@ from plugins.parts import taken_apart
 API_VERSION = 1
 """Version of this module; see above."""
 
+Side = Literal["right", "left", "front", "back", "top", "bottom"]
+"""A side of the form, as the view cube names it."""
+
 REGION_FIRST = "Choose a region first: press {tool.lasso} and circle the part you want to reshape"
 """The hint of tools that work on a region, while there is none."""
 
@@ -179,6 +182,10 @@ class Context(Protocol):
 
     def mark(self, ids: I64 | None) -> None:
         """Show `ids` as the region until the gesture ends; nothing is computed for it."""
+        ...
+
+    def towards(self, side: Side) -> F64:
+        """Return the unit direction (3,) from the middle of the form to one of its sides."""
         ...
 
     def notice(self, text: str) -> None:

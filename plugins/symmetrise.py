@@ -21,6 +21,7 @@ from plugins.api import (
     Pointer,
     Result,
     Run,
+    Side,
     Tool,
     closest_points,
     cotangent_stiffness,
@@ -40,9 +41,8 @@ NO_REGION = np.zeros(0, dtype=np.int64)
 # How the plane that fits best is found: points looked at, rounds, and the share that must fit.
 SAMPLES = 4000
 FITS = 12
+DIVIDES = 0.3  # cosine between a plane's normal and the side to keep: below, neither half is meant
 TRIMMED = 0.6
-
-Side = Literal["plus_side", "minus_side"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,14 +50,14 @@ class SymmetriseStep(DataStep):
     """Moves the vertices on one side of a plane onto the mirror image of the other side.
 
     `plane` is a, b, c, d with a x + b y + c z = d, or empty for the plane that fits best; the kept
-    side is that of its normal, or the other. An empty `roi` means the whole mesh. `fade` is how far
-    the change fades in from the rim of a region, 0 to 1. Faces stay as they are, so the mirror
-    image is exact up to the size of the triangles.
+    side is the one that the direction `keep` points to. An empty `roi` means the whole mesh.
+    `fade` is how far the change fades in from the rim of a region, 0 to 1. Faces stay as they are,
+    so the mirror image is exact up to the size of the triangles.
     """
 
     roi: I64
     plane: tuple[float, ...] = ()
-    keep: Side = "plus_side"
+    keep: tuple[float, ...] = (1.0, 0.0, 0.0)
     fade: float = field(default=0.5, metadata={"min": 0.0, "max": 1.0})
     kind: ClassVar[str] = "symmetrise"
     label: ClassVar[str] = "Symmetrise"
@@ -86,10 +86,17 @@ class SymmetriseStep(DataStep):
             raise EngineError("A plane is four numbers a, b, c, d with a normal that is not zero.")
         key = ("symmetry plane", mesh.digest)
         found = np.array(self.plane or run.memo.get(key, lambda: fitting_plane(mesh)))
-        if not self.plane:
-            found = found * np.sign(found[np.abs(found[:3]).argmax()])
         unit = found / np.linalg.norm(found[:3])
-        return tuple((unit if self.keep == "plus_side" else -unit).tolist())
+        towards = np.array(self.keep)
+        if towards.shape != (3,) or not np.linalg.norm(towards) > 0:
+            raise EngineError("The side to keep is a direction: three numbers that are not all 0.")
+        reach = float(unit[:3] @ towards) / float(np.linalg.norm(towards))
+        if abs(reach) < DIVIDES:
+            raise EngineError(
+                "The plane that fits best does not divide the form this way. Keep another side, "
+                "or take the plane through the middle."
+            )
+        return tuple((unit if reach > 0 else -unit).tolist())
 
 
 def other_side(mesh: Mesh, plane: tuple[float, ...]) -> I64:
@@ -179,10 +186,12 @@ def rim_share(mesh: Mesh, roi: I64, fade: float, run: Run) -> F64:
 class SymmetriseOptions:
     """What the person sets."""
 
-    across: Literal["found", "x", "y", "z"] = option(
-        "found", "Across", "The plane that fits best, or the one across an axis through the middle"
+    keep: Side = option(
+        "right", "Keep", "The side that is mirrored to the other, as the view cube names it"
     )
-    keep: Side = option("plus_side", "Keep", "The side that is mirrored")
+    plane: Literal["best_fit", "middle"] = option(
+        "best_fit", "Plane", "The plane that fits best, or the one through the middle of the model"
+    )
     fade: float = option(
         0.5,
         "Fade",
@@ -208,7 +217,7 @@ class Symmetrise(Tool):
     def hint(self, document: Document) -> str:
         """Say what will change, and how to keep it."""
         what = "the model" if document.draft.roi is None else "the region"
-        return f"Choose the plane and the side to keep; {{edit.apply}} makes {what} symmetric"
+        return f"Choose the side to keep; {{edit.apply}} makes {what} symmetric"
 
     def gesture(self, context: Context, pointer: Pointer) -> Gesture:
         """Take no strokes."""
@@ -219,10 +228,10 @@ class Symmetrise(Tool):
         """Return the step for the options as they are."""
         options, document = context.options, context.document
         plane: tuple[float, ...] = ()
-        if options.across != "found":
-            axis = "xyz".index(options.across)
-            normal = np.eye(3)[axis]
+        keep = context.towards(options.keep)
+        if options.plane == "middle":
             # The middle of the model as it was opened: an edit on one side pulls its own along.
-            plane = (*normal.tolist(), float(document.original.bounds.mean(axis=0)[axis]))
-        roi = document.draft.roi
-        return SymmetriseStep(NO_REGION if roi is None else roi, plane, options.keep, options.fade)
+            middle = float(keep @ document.original.bounds.mean(axis=0))
+            plane = (*keep.tolist(), middle)
+        roi = NO_REGION if document.draft.roi is None else document.draft.roi
+        return SymmetriseStep(roi, plane, tuple(keep.tolist()), options.fade)

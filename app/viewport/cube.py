@@ -26,6 +26,12 @@ _FACES: dict[str, tuple[tuple[int, int, int], tuple[int, int, int], tuple[int, i
 }
 
 
+def outward(side: str, up: int) -> F64:
+    """Return the unit direction (3,) that a face of the cube looks to, axis 1 or 2 upright."""
+    x, y, z = _FACES[side][0]
+    return np.array([x, y, z] if up == 2 else [x, z, -y], dtype=np.float64)
+
+
 class ViewCube(QWidget):
     """A small cube that turns with the form.
 

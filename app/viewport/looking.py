@@ -12,13 +12,14 @@ from PySide6.QtWidgets import QWidget
 
 from app.look import DARK, Theme
 from app.viewport.camera import Eye
-from app.viewport.cube import ViewCube
+from app.viewport.cube import ViewCube, outward
 from app.viewport.hands import ORBIT_PER_PIXEL
 from app.viewport.moving import Moving
 from app.viewport.navigation import Navigation
 from app.viewport.recall import eye_from
-from engine.arrays import I64
+from engine.arrays import F64, I64
 from engine.view import View
+from plugins.api import Side
 
 CUBE_MARGIN = 12
 
@@ -82,6 +83,10 @@ class Looking(Moving):
     def standard_view(self, name: str, animate: bool = True) -> None:
         """Look from "front", "back", "left", "right", "top", "bottom" or "three-quarter"."""
         self.navigation.standard_view(name, animate)
+
+    def towards(self, side: Side) -> F64:
+        """Return the unit direction (3,) to a side of the form, as the view cube names it."""
+        return outward(side, self.eye.up)
 
     def frame(self, ids: I64 | None = None, animate: bool = True) -> None:
         """Bring the vertices `ids`, or the whole form, into the picture."""

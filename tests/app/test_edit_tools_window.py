@@ -58,7 +58,7 @@ def test_paint_a_region_take_a_handle_and_make_it_symmetric(window, qtbot, artef
     # The other side becomes the same.
     session.choose_region(None, "Region left")
     host.choose("symmetrise")
-    options = type(host.toolbox.options_of("symmetrise"))(across="x")
+    options = type(host.toolbox.options_of("symmetrise"))(keep="right", plane="middle")
     host.toolbox.set_options("symmetrise", options)
     qtbot.waitUntil(lambda: moved(session.shown, session.document.mesh) > 2.0, timeout=30_000)
     host.enter()

@@ -26,7 +26,7 @@ def sphere() -> Mesh:
         lambda roi, share: SmoothStep(roi, 0.0, share),
         lambda roi, share: InflateStep(roi, 3 * share),
         lambda roi, share: EqualiserStep(roi, (20.0,), (1.0, share)),
-        lambda roi, share: SymmetriseStep(roi, (1.0, 0.0, 0.0, 0.0), "minus_side", share),
+        lambda roi, share: SymmetriseStep(roi, (1.0, 0.0, 0.0, 0.0), (-1.0, 0.0, 0.0), share),
     ],
 )
 def test_another_number_needs_no_other_decomposition(make, sphere: Mesh, monkeypatch) -> None:

@@ -65,6 +65,10 @@ class FlatContext:
             return None  # the plate ends here
         return Hit(0, vertex, self.shown.vertices[vertex])
 
+    def towards(self, side: str) -> np.ndarray:
+        sides = {"right": (1, 0, 0), "front": (0, -1, 0), "top": (0, 0, 1)}
+        return np.array(sides[side], dtype=np.float64)
+
     def vertices_inside(self, polygon: np.ndarray, through: bool = False) -> np.ndarray:
         seen = self.view.project(self.shown.vertices)
         return np.flatnonzero(Outline(polygon).contains_points(seen))
@@ -394,7 +398,7 @@ def test_a_click_on_a_feature_sets_the_level_just_below_it() -> None:
 
 def test_without_a_source_the_target_says_what_to_do(context: FlatContext) -> None:
     chosen(context)
-    with pytest.raises(EngineError, match="Press {tool.source}"):
+    with pytest.raises(EngineError, match=r"Press \{tool\.source\}"):
         do(TargetTool(), context, line((-15, 10), (15, 10)))
     assert not TargetTool().available(context.document)
     bare = replace(context.document, draft=Draft())

@@ -38,10 +38,10 @@ def dented() -> Mesh:
     return drag_patch(sphere, np.flatnonzero(away < 0.8), np.flatnonzero(away < 0.2), M)
 
 
-@pytest.mark.parametrize("keep", ["plus_side", "minus_side"])
-def test_the_other_side_becomes_the_mirror_image(dented: Mesh, keep: str) -> None:
+@pytest.mark.parametrize("keep", [(1.0, 0.0, 0.0), (-2.0, 0.5, 0.0)])
+def test_the_other_side_becomes_the_mirror_image(dented: Mesh, keep: tuple[float, ...]) -> None:
     after = SymmetriseStep(NO_REGION, ACROSS_X, keep).apply(dented)
-    side = dented.vertices[:, 0] * (1 if keep == "plus_side" else -1)
+    side = dented.vertices[:, 0] * np.sign(keep[0])
     assert after.faces is dented.faces
     assert (after.vertices[side >= 0] == dented.vertices[side >= 0]).all()
     before, now = asymmetry(dented, ACROSS_X), asymmetry(after, ACROSS_X)
@@ -94,7 +94,7 @@ def test_a_region_fades_out_at_its_rim(dented: Mesh) -> None:
     x = dented.vertices
     left = x[x[:, 0].argmin()]
     roi = np.flatnonzero(np.linalg.norm(x - left, axis=1) < 0.9 * np.linalg.norm(left))
-    step = SymmetriseStep(roi, ACROSS_X, "plus_side", 0.6)
+    step = SymmetriseStep(roi, ACROSS_X, fade=0.6)
     after = step.apply(dented)
     outside = np.setdiff1d(np.arange(dented.n), roi)
     assert (after.vertices[outside] == x[outside]).all()
@@ -111,9 +111,11 @@ def test_a_region_fades_out_at_its_rim(dented: Mesh) -> None:
 def test_what_cannot_be_is_told(dented: Mesh) -> None:
     right = np.flatnonzero(dented.vertices[:, 0] > 0.1 * dented.diagonal)
     with pytest.raises(EngineError, match="side that is kept"):
-        SymmetriseStep(right, ACROSS_X, "plus_side").apply(dented)
+        SymmetriseStep(right, ACROSS_X).apply(dented)
     with pytest.raises(EngineError, match="Nothing lies"):
         SymmetriseStep(NO_REGION, (1.0, 0.0, 0.0, 1e6)).apply(dented)
+    with pytest.raises(EngineError, match="does not divide"):
+        SymmetriseStep(NO_REGION, ACROSS_X, (0.0, 0.0, 1.0)).apply(dented)
     with pytest.raises(EngineError, match="four numbers"):
         SymmetriseStep(NO_REGION, (0.0, 0.0, 0.0, 1.0)).apply(dented)
 
@@ -123,8 +125,9 @@ def test_the_tool_gives_the_step_for_its_options(dented: Mesh) -> None:
     context.options = SymmetriseOptions()
     assert tool.enter(context).plane == ()
     assert "the model" in tool.hint(context.document)
-    context.options = SymmetriseOptions(across="y", keep="minus_side")
+    context.options = SymmetriseOptions(keep="front", plane="middle")
     step = tool.enter(context)
-    assert step.plane == pytest.approx((0, 1, 0, dented.bounds.mean(axis=0)[1]))
+    assert step.plane == pytest.approx((0, -1, 0, -dented.bounds.mean(axis=0)[1]))
+    assert step.keep == (0, -1, 0), "the front stays"
     assert len(step.roi) == 0
     assert list(tool.gesture(context, None)) == []
