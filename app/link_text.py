@@ -23,6 +23,11 @@ class LinkText(QWidget):
         self._front = self._lit = ""
         self._html = self._pointed = ""
 
+    @property
+    def text(self) -> str:
+        """The words as they are read."""
+        return self._words.toPlainText()
+
     def say(self, html: str, front: str, lit: str, most: int) -> None:
         """Show rich text, at most `most` px wide.
 

@@ -14,7 +14,8 @@ from tests import comma_locale
 ROOT = Path(__file__).resolve().parents[1]
 NAME = "de_DE.UTF-8"
 CHOSEN = (
-    "tests/engine/test_recipe.py",
+    "tests/engine/test_recipe.py::test_there_and_back",
+    "tests/engine/test_recipe.py::TestChanges",
     "tests/engine/test_io_save.py::test_a_saved_mesh_comes_back_to_the_last_bit",
     "tests/engine/test_archive.py::test_everything_comes_back_to_the_last_bit",
     "tests/engine/test_journal.py::test_a_killed_program_leaves_everything",

@@ -87,25 +87,35 @@ def window(make_window: MakeWindow, sphere: Mesh) -> Window:
 
 
 @pytest.fixture
+def kept_safe(tmp_path: Path) -> Iterator[Callable[[Window], Window]]:
+    """Have windows keep a journal in one state folder, until the end of the test."""
+    safe: list[Window] = []
+
+    def keep(window: Window) -> Window:
+        window.keep_safe(tmp_path / "state")
+        safe.append(window)
+        return window
+
+    yield keep
+    for window in safe:
+        if isValid(window):
+            window.safety.leave()
+
+
+@pytest.fixture
 def safe_window(
-    make_window: MakeWindow, qtbot, sphere: Mesh, tmp_path: Path
-) -> Iterator[MakeWindow]:
-    """Make windows that keep a journal in a state folder; the same for all windows of a test."""
-    made: list[Window] = []
+    make_window: MakeWindow, kept_safe: Callable[[Window], Window], qtbot, sphere: Mesh
+) -> MakeWindow:
+    """Make windows with the sphere open that keep a journal."""
 
     def make(**given) -> Window:
-        window = make_window(sphere, **given)
-        window.keep_safe(tmp_path / "state")
+        window = kept_safe(make_window(sphere, **given))
         # The program plugs safety in before anything is open.
         window.session.take_up(window.session.history, window.session.path)
         qtbot.waitUntil(settled(window))
-        made.append(window)
         return window
 
-    yield make
-    for window in made:
-        if isValid(window):
-            window.safety.leave()
+    return make
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 
 from app.window import Window
 from engine.arrays import F64, I64
-from tests.app.driving import NONE, Mouse, circle, settled
+from tests.app.driving import NONE, Mouse, bow, circle, settled
 
 CTRL = Qt.KeyboardModifier.ControlModifier
 SHIFT = Qt.KeyboardModifier.ShiftModifier
@@ -20,30 +20,53 @@ ENDS = (-0.12, 0.0), (0.12, 0.0)
 
 
 def rest(window: Window, qtbot) -> None:
+    """Wait until nothing is computed, apart from modes, and nothing moves."""
     qtbot.waitUntil(
         lambda: settled(window)() and not window.viewport.moving,
         timeout=30_000,
     )
 
 
-def region(window: Window, qtbot, x: float = 0.0, y: float = 0.0, radius: float = 0.22) -> I64:
-    Mouse().stroke(window, circle(window.viewport, x, y, radius))
+def region(
+    window: Window,
+    qtbot,
+    x: float = 0.0,
+    y: float = 0.0,
+    radius: float = 0.22,
+    hand: Mouse | None = None,
+) -> I64:
+    """Circle a part of the form; return its vertices."""
+    (hand or Mouse()).stroke(window, circle(window.viewport, x, y, radius))
     rest(window, qtbot)
     return np.asarray(window.session.document.draft.roi)
 
 
+def curve(
+    window: Window, qtbot, sag: float, height: float = 0.0, hand: Mouse | None = None
+) -> None:
+    """Draw a source across the region, and its target that sags."""
+    ends = (ENDS[0][0], height), (ENDS[1][0], height)
+    (hand or Mouse()).stroke(window, bow(window.viewport, *ends))
+    assert window.session.document.draft.source is not None, window.session.problems.sentence
+    (hand or Mouse()).stroke(window, bow(window.viewport, *ends, sag))
+    rest(window, qtbot)
+
+
 def modes(window: Window, qtbot) -> None:
+    """Wait until all modes of the region are known."""
     known = lambda: window.session.decomposition  # noqa: E731
     qtbot.waitUntil(lambda: known() is not None and known().complete, timeout=60_000)
 
 
 def draw(window: Window, qtbot, *paths: F64, hand: Mouse | None = None) -> None:
+    """Draw strokes one after the other."""
     for path in paths:
         (hand or Mouse()).stroke(window, path)
     rest(window, qtbot)
 
 
 def enter(window: Window, qtbot) -> None:
+    """Take what is shown as a step."""
     steps = len(window.session.document.recipe.steps)
     qtbot.keyClick(window.viewport, Qt.Key.Key_Return)
     qtbot.waitUntil(lambda: len(window.session.document.recipe.steps) == steps + 1, timeout=30_000)

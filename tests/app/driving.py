@@ -30,6 +30,8 @@ NONE = Qt.KeyboardModifier.NoModifier
 LEFT = Qt.MouseButton.LeftButton
 NO_BUTTON = Qt.MouseButton.NoButton
 POINTS_A_FRAME = 4
+Places = tuple[QPointF, QPointF]
+Buttons = tuple[Qt.MouseButton, Qt.MouseButton]
 
 
 def bumpy_sphere(n: int = 3000, bumps: float = 0.04) -> Mesh:
@@ -81,27 +83,17 @@ class Mouse:
     def send(self, view: QWidget, kind: str, at: ArrayLike, modifiers: Qt.KeyboardModifier) -> None:
         """Send one event at a position in logical pixels."""
         place = QPointF(*map(float, np.asarray(at)))
-        event = self.event(
-            self.kinds[kind],
-            place,
-            QPointF(view.mapToGlobal(place)),
-            NO_BUTTON if kind == "move" else LEFT,
-            NO_BUTTON if kind == "release" else LEFT,
-            modifiers,
-        )
+        places = place, QPointF(view.mapToGlobal(place))
+        pressed = NO_BUTTON if kind == "move" else LEFT
+        held = NO_BUTTON if kind == "release" else LEFT
+        event = self.event(self.kinds[kind], places, (pressed, held), modifiers)
         QCoreApplication.sendEvent(view, event)
 
     def event(
-        self,
-        kind: QEvent.Type,
-        place: QPointF,
-        on_screen: QPointF,
-        button: Qt.MouseButton,
-        held: Qt.MouseButton,
-        modifiers: Qt.KeyboardModifier,
+        self, kind: QEvent.Type, places: Places, buttons: Buttons, modifiers: Qt.KeyboardModifier
     ) -> QEvent:
-        """Make one event as Qt does."""
-        return QMouseEvent(kind, place, on_screen, button, held, modifiers)
+        """Make one event: where in the widget and on the screen, which button, which are held."""
+        return QMouseEvent(kind, *places, *buttons, modifiers)
 
     def stroke(
         self,
@@ -147,19 +139,11 @@ class Pen(Mouse):
         )
 
     def event(
-        self,
-        kind: QEvent.Type,
-        place: QPointF,
-        on_screen: QPointF,
-        button: Qt.MouseButton,
-        held: Qt.MouseButton,
-        modifiers: Qt.KeyboardModifier,
+        self, kind: QEvent.Type, places: Places, buttons: Buttons, modifiers: Qt.KeyboardModifier
     ) -> QEvent:
         """Make one event as a tablet's driver has Qt make it."""
         force, upright = self.pressure, (0.0, 0.0, 0.0, 0.0, 0.0)
-        return QTabletEvent(
-            kind, self.device, place, on_screen, force, *upright, modifiers, button, held
-        )
+        return QTabletEvent(kind, self.device, *places, force, *upright, modifiers, *buttons)
 
 
 def soon(done: Callable[[], bool], seconds: float = 5.0) -> bool:

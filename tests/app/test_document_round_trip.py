@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +10,6 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog
-from shiboken6 import isValid
 
 from app.window import Window
 from tests.app.driving import (
@@ -29,20 +28,9 @@ CONTROL = Qt.KeyboardModifier.ControlModifier
 
 
 @pytest.fixture
-def safe(make_window, sphere_file: Path, qtbot, tmp_path: Path) -> Iterator[Callable[[], Window]]:
+def safe(make_window, kept_safe) -> Callable[[], Window]:
     """Make windows that keep a journal, as the program does."""
-    made: list[Window] = []
-
-    def make() -> Window:
-        window = make_window(size=(1280, 900))
-        window.keep_safe(tmp_path / "state")
-        made.append(window)
-        return window
-
-    yield make
-    for window in made:
-        if isValid(window):
-            window.safety.leave()
+    return lambda: kept_safe(make_window(size=(1100, 760)))
 
 
 def answer_ask(window: Window, words: str) -> None:

@@ -44,7 +44,8 @@ def region(window: Window, qtbot) -> None:
     qtbot.waitUntil(settled(window), timeout=30_000)
 
 
-def test_rail_canvas_and_panels_stand_where_they_should(window: Window, qtbot) -> None:
+def test_rail_canvas_and_panels_stand_where_they_should(make_window, sphere, qtbot) -> None:
+    window = make_window(sphere, size=(1000, 720))
     rail, view, side = window.rail, window.viewport, window.body.side
     left, middle, right = (
         part.mapTo(window, part.rect().center()).x() for part in (rail, view, side)

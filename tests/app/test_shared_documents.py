@@ -12,6 +12,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QLabel, QMessageBox
 
+from app.link_text import LinkText
 from app.picture_files import encoded
 from app.recent import recent
 from app.window import Window
@@ -24,28 +25,43 @@ from tests.app.driving import settled, soon
 MARKUP = '<b>bold<b> <img src="x.png">.obj'
 
 
+def open_in_both(saving: Window, other: Window, path: Path, qtbot) -> None:
+    """Save one window's document and open it in both."""
+    with qtbot.waitSignal(saving.documents.saved):
+        saving.documents.save_to(path)
+    for window in (saving, other):
+        with qtbot.waitSignal(window.files.unpacked):
+            window.files.open(path)
+        qtbot.waitUntil(settled(window))
+
+
+def name_a_region(window: Window, name: str) -> None:
+    session = window.session
+    triangle = session.document.mesh.faces[0]
+    session.change(session.document.with_region(name, triangle), "Region")
+
+
+def refused_to_save_over(window: Window, path: Path, qtbot) -> None:
+    """Save what another window has changed: it is said, and the file stays as it is."""
+    window.documents.save()
+    qtbot.waitUntil(lambda: bool(window.session.problems.sentence))
+    assert "another window or program has changed the file" in window.session.problems.sentence
+    assert list(open_archive(path, kinds()).state.current.regions) == ["theirs"]
+
+
 def test_a_window_does_not_save_over_what_another_one_saved(
     make_window: Callable[..., Window], sphere, qtbot, tmp_path: Path, monkeypatch
 ) -> None:
     path = tmp_path / "shared.eigenform"
     one, two = make_window(sphere), make_window(sphere)
-    with qtbot.waitSignal(one.documents.saved):
-        one.documents.save_to(path)
-    for window in (one, two):
-        with qtbot.waitSignal(window.files.unpacked):
-            window.files.open(path)
-        qtbot.waitUntil(settled(window))
-    for window, name in ((one, "mine"), (two, "theirs")):
-        session = window.session
-        session.change(session.document.with_region(name, sphere.faces[0]), "Region")
+    open_in_both(one, two, path, qtbot)
+    name_a_region(one, "mine")
+    name_a_region(two, "theirs")
     with qtbot.waitSignal(two.documents.saved):
         two.documents.save()
     with qtbot.waitSignal(two.documents.saved):
         two.documents.save()
-    one.documents.save()
-    qtbot.waitUntil(lambda: bool(one.session.problems.sentence))
-    assert "another window or program has changed the file" in one.session.problems.sentence
-    assert list(open_archive(path, kinds()).state.current.regions) == ["theirs"]
+    refused_to_save_over(one, path, qtbot)
     # Asked for by name, it replaces it, and from then on it is its own.
     monkeypatch.setattr(
         "app.documents.QFileDialog.getSaveFileName", lambda *_given: (str(path), "")
@@ -63,14 +79,8 @@ def test_restored_work_is_not_saved_over_what_another_window_saved(
     path = tmp_path / "shared.eigenform"
     killed, other = make_window(sphere), make_window(sphere)
     killed.keep_safe(tmp_path / "state")
-    with qtbot.waitSignal(killed.documents.saved):
-        killed.documents.save_to(path)
-    for window in (killed, other):
-        with qtbot.waitSignal(window.files.unpacked):
-            window.files.open(path)
-        qtbot.waitUntil(settled(window))
-    session = killed.session
-    session.change(session.document.with_region("mine", sphere.faces[0]), "Region")
+    open_in_both(killed, other, path, qtbot)
+    name_a_region(killed, "mine")
     killed.safety.autosave.end("crash")
     # Killed a second time, it is still known.
     restored: list[Window] = []
@@ -86,14 +96,10 @@ def test_restored_work_is_not_saved_over_what_another_window_saved(
         assert (window.session.path, window.session.stamp) == (path, stamp_of(path))
         window.safety.autosave.end("crash")
     again = restored[-1]
-    session = other.session
-    session.change(session.document.with_region("theirs", sphere.faces[0]), "Region")
+    name_a_region(other, "theirs")
     with qtbot.waitSignal(other.documents.saved):
         other.documents.save()
-    again.documents.save()
-    qtbot.waitUntil(lambda: bool(again.session.problems.sentence))
-    assert "another window or program has changed the file" in again.session.problems.sentence
-    assert list(open_archive(path, kinds()).state.current.regions) == ["theirs"]
+    refused_to_save_over(again, path, qtbot)
     for window in (killed, *restored):
         window.safety.leave()
 
@@ -107,14 +113,15 @@ def test_a_name_that_looks_like_markup_is_shown_as_it_is(
     path = tmp_path / MARKUP
     path.write_text(content)
     window.files.open(path)
-    shown: list[QLabel] = []
 
-    def said() -> bool:
-        shown[:] = [label for label in window.findChildren(QLabel) if "<b>bold" in label.text()]
-        return bool(shown)
+    def labels() -> list[QLabel]:
+        return [label for label in window.findChildren(QLabel) if "<b>bold" in label.text()]
 
-    qtbot.waitUntil(said, timeout=30_000)
-    for label in shown:
+    def read() -> list[LinkText]:
+        return [words for words in window.findChildren(LinkText) if MARKUP in words.text]
+
+    qtbot.waitUntil(lambda: bool(labels() or read()), timeout=30_000)
+    for label in labels():
         assert label.textFormat() == Qt.TextFormat.PlainText, label.text()
     if content != "nothing":
         qtbot.waitUntil(settled(window), timeout=30_000)

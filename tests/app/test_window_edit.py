@@ -11,29 +11,10 @@ from PySide6.QtCore import Qt
 from app.window import Window
 from engine import Recipe, load, replay, save
 from plugins.registry import kinds
+from tests.app.designing import curve, enter, region
 from tests.app.driving import Mouse, Pen, bow, circle, picture, settled
 
 HANDS = [pytest.param(Mouse(), id="mouse"), pytest.param(Pen(), id="pen")]
-
-
-def region(window: Window, qtbot, hand: Mouse) -> None:
-    hand.stroke(window, circle(window.viewport, 0, 0, 0.22))
-    qtbot.waitUntil(settled(window), timeout=30_000)
-
-
-def curve(window: Window, qtbot, hand: Mouse, sag: float) -> None:
-    view = window.viewport
-    hand.stroke(window, bow(view, (-0.12, 0.0), (0.12, 0.0)))
-    assert window.session.document.draft.source is not None, window.session.problems.sentence
-    hand.stroke(window, bow(view, (-0.12, 0.0), (0.12, 0.0), sag))
-    qtbot.waitUntil(settled(window), timeout=30_000)
-
-
-def enter(window: Window, qtbot) -> None:
-    steps = len(window.session.document.recipe.steps)
-    qtbot.keyClick(window.viewport, Qt.Key.Key_Return)
-    qtbot.waitUntil(lambda: len(window.session.document.recipe.steps) == steps + 1, timeout=30_000)
-    qtbot.waitUntil(settled(window), timeout=30_000)
 
 
 @pytest.mark.parametrize("hand", HANDS)
@@ -48,14 +29,14 @@ def test_a_whole_edit_at_two_levels_equals_its_replay(
     assert window.hint.text == "Circle the part you want to reshape"
     picture(window, artefacts, f"{hand.name} 1 open")
 
-    region(window, qtbot, hand)
+    region(window, qtbot, hand=hand)
     roi = session.document.draft.roi
     assert 200 < len(roi) < 1000
     base = session.shown.vertices
     assert (base[roi] != first.mesh.vertices[roi]).any(), "the base shape is shown"
     picture(window, artefacts, f"{hand.name} 2 base")
 
-    curve(window, qtbot, hand, sag=-0.4)
+    curve(window, qtbot, -0.4, hand=hand)
     assert session.target_error < 0.5
     assert (session.shown.vertices != base).any(), "the surface follows the target"
     picture(window, artefacts, f"{hand.name} 3 target")
@@ -70,7 +51,7 @@ def test_a_whole_edit_at_two_levels_equals_its_replay(
     window.level.slider.setValue(400)
     qtbot.waitUntil(settled(window), timeout=30_000)
     assert session.decomposition.mode_count(0.4) > 0
-    curve(window, qtbot, hand, sag=0.3)
+    curve(window, qtbot, 0.3, hand=hand)
     enter(window, qtbot)
     picture(window, artefacts, f"{hand.name} 5 second level")
 
@@ -101,7 +82,7 @@ def test_modes_stream_in_while_the_slider_lives(window: Window, qtbot) -> None:
     session = window.session
     seen: list[int] = []
     session.decomposition_changed.connect(lambda: seen.append(session.decomposition.k))
-    region(window, qtbot, Mouse())
+    region(window, qtbot)
     assert seen[0] == 0, "the base comes first"
     qtbot.waitUntil(lambda: session.decomposition.complete, timeout=60_000)
     assert seen == sorted(seen)
@@ -111,7 +92,7 @@ def test_modes_stream_in_while_the_slider_lives(window: Window, qtbot) -> None:
 
 
 def test_a_slide_of_the_level_is_one_moment(window: Window, qtbot) -> None:
-    region(window, qtbot, Mouse())
+    region(window, qtbot)
     session = window.session
     before = len(session.history.moments)
     for tick in (100, 200, 300):
@@ -137,8 +118,8 @@ def test_escape_cancels_a_stroke_and_then_goes_back(window: Window, qtbot) -> No
     mouse.send(window.viewport, "release", (10, 10), Qt.KeyboardModifier.NoModifier)
     assert session.document is first
 
-    region(window, qtbot, mouse)
-    curve(window, qtbot, mouse, sag=-0.4)
+    region(window, qtbot)
+    curve(window, qtbot, -0.4)
     for left in ((1, True), (0, False)):
         qtbot.keyClick(window.viewport, Qt.Key.Key_Escape)
         draft = session.document.draft
@@ -150,8 +131,8 @@ def test_escape_cancels_a_stroke_and_then_goes_back(window: Window, qtbot) -> No
 
 def test_the_target_can_be_dragged_and_drawn_again(window: Window, qtbot) -> None:
     session, mouse = window.session, Mouse()
-    region(window, qtbot, mouse)
-    curve(window, qtbot, mouse, sag=-0.4)
+    region(window, qtbot)
+    curve(window, qtbot, -0.4)
     before = session.document.draft.strokes[0]
     middle = len(before.target) // 2
     grasp, down = before.target[middle], np.array([0.0, 12.0])
@@ -168,8 +149,8 @@ def test_the_target_can_be_dragged_and_drawn_again(window: Window, qtbot) -> Non
 
 def test_two_strokes_are_solved_together(window: Window, qtbot) -> None:
     session, mouse, view = window.session, Mouse(), window.viewport
-    region(window, qtbot, mouse)
-    curve(window, qtbot, mouse, sag=-0.4)
+    region(window, qtbot)
+    curve(window, qtbot, -0.4)
     qtbot.keyClick(view, Qt.Key.Key_S)
     assert window.toolhost.active.id == "source"
     mouse.stroke(window, bow(view, (-0.1, 0.1), (0.1, 0.1)))
@@ -194,14 +175,14 @@ def test_an_error_is_one_sentence_and_the_document_stays(
     assert "Traceback" not in window.hint.text
     picture(window, artefacts, "error")
     window.toolbox.set_options("lasso", type(window.toolbox.options_of("lasso"))())
-    region(window, qtbot, mouse)
+    region(window, qtbot)
     assert session.problems.sentence == ""
     mouse.stroke(window, [(4, 4), (30, 4), (60, 4)])
     assert "beside the form" in window.hint.text
 
 
 def test_hold_b_shows_the_original(window: Window, qtbot) -> None:
-    region(window, qtbot, Mouse())
+    region(window, qtbot)
     session, view = window.session, window.viewport
     original = session.document.original.vertices
     assert (view.vertices != original).any()

@@ -8,32 +8,13 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QCoreApplication, QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QComboBox, QPushButton, QToolButton, QWidget
+from PySide6.QtWidgets import QComboBox, QPushButton, QToolButton
 
 from app.panels.level import place_of
 from app.window import Window
 from engine.silhouette import outline_edges
-from tests.app.driving import Mouse, bow, circle, picture, settled
-
-
-def region(window: Window, qtbot, x: float = 0.0, y: float = 0.0, radius: float = 0.22) -> None:
-    Mouse().stroke(window, circle(window.viewport, x, y, radius))
-    qtbot.waitUntil(settled(window), timeout=30_000)
-
-
-def curve(window: Window, qtbot, sag: float, height: float = 0.0) -> None:
-    ends = (-0.12, height), (0.12, height)
-    Mouse().stroke(window, bow(window.viewport, *ends))
-    assert window.session.document.draft.source is not None, window.session.problems.sentence
-    Mouse().stroke(window, bow(window.viewport, *ends, sag))
-    qtbot.waitUntil(settled(window), timeout=30_000)
-
-
-def enter(window: Window, qtbot) -> None:
-    steps = len(window.session.document.recipe.steps)
-    qtbot.keyClick(window.viewport, Qt.Key.Key_Return)
-    qtbot.waitUntil(lambda: len(window.session.document.recipe.steps) == steps + 1, timeout=30_000)
-    qtbot.waitUntil(settled(window), timeout=30_000)
+from tests.app.designing import curve, enter, option, region
+from tests.app.driving import Mouse, circle, picture, settled
 
 
 def choose(box: QComboBox, data: str) -> None:
@@ -43,11 +24,8 @@ def choose(box: QComboBox, data: str) -> None:
         QTest.keyClick(box, Qt.Key.Key_Down)
 
 
-@pytest.mark.parametrize("theme", ["dark", "light"])
-def test_the_plane_of_symmetry_is_chosen(
-    make_window, sphere, qtbot, artefacts: Path, theme: str
-) -> None:
-    window = make_window(sphere, theme)
+def test_the_plane_of_symmetry_is_chosen(make_window, sphere, qtbot, artefacts: Path) -> None:
+    window = make_window(sphere, "dark")
     session, box = window.session, window.edit.symmetry
     window.edit._more._head.click()
     assert box.isVisible()
@@ -64,7 +42,7 @@ def test_the_plane_of_symmetry_is_chosen(
     x = sphere.vertices[roi, 0] - middle
     assert 0.4 < (x > 0).mean() < 0.6, "half of the region lies on either side"
     assert np.abs(x).min() > 2, "two parts apart from each other"
-    picture(window, artefacts, f"symmetry {theme}")
+    picture(window, artefacts, "symmetry")
 
     window.actions_table.trigger("region.mirror.z")
     qtbot.waitUntil(settled(window), timeout=30_000)
@@ -74,11 +52,10 @@ def test_the_plane_of_symmetry_is_chosen(
     assert session.document.draft.options.mirror == ()
 
 
-@pytest.mark.parametrize("theme", ["dark", "light"])
 def test_form_and_detail_are_morphed_between_two_variants(
-    make_window, sphere, qtbot, artefacts: Path, theme: str
+    make_window, sphere, qtbot, artefacts: Path
 ) -> None:
-    window = make_window(sphere, theme, size=(1280, 720))
+    window = make_window(sphere, "light", size=(1000, 640))
     session = window.session
     region(window, qtbot)
     curve(window, qtbot, sag=-0.4)
@@ -107,7 +84,7 @@ def test_form_and_detail_are_morphed_between_two_variants(
     qtbot.waitUntil(lambda: (session.shown.vertices != halfway).any(), timeout=30_000)
     qtbot.waitUntil(settled(window), timeout=30_000)
     halfway = session.shown.vertices
-    picture(window, artefacts, f"morph {theme}")
+    picture(window, artefacts, "morph")
 
     keep = next(b for b in bar.findChildren(QPushButton) if b.text() == "Keep")
     qtbot.mouseClick(keep, Qt.MouseButton.LeftButton)
@@ -132,11 +109,8 @@ def button(window: Window, name: str) -> QToolButton:
     return found[name]
 
 
-@pytest.mark.parametrize("theme", ["dark", "light"])
-def test_a_curve_is_put_aside_and_acts_again(
-    make_window, sphere, qtbot, artefacts: Path, theme: str
-) -> None:
-    window = make_window(sphere, theme)
+def test_a_curve_is_put_aside_and_acts_again(make_window, sphere, qtbot, artefacts: Path) -> None:
+    window = make_window(sphere, "dark")
     session = window.session
     region(window, qtbot, radius=0.25)
     curve(window, qtbot, sag=-0.3, height=-0.07)
@@ -151,7 +125,7 @@ def test_a_curve_is_put_aside_and_acts_again(
     assert len(session.document.draft.strokes) == 2
     assert (session.shown.vertices == one).all(), "as if it had not been drawn"
     qtbot.wait(100)
-    picture(window, artefacts, f"eye {theme}")
+    picture(window, artefacts, "eye")
 
     qtbot.mouseClick(button(window, "Let curve 2 act again"), Qt.MouseButton.LeftButton)
     qtbot.waitUntil(settled(window), timeout=30_000)
@@ -220,13 +194,6 @@ def test_a_stroke_along_the_outline_snaps_to_it(
     assert not session.document.draft.strokes[0].outline
 
 
-def option(window: Window, name: str) -> QWidget:
-    """Find the control of an option of the tool in hand."""
-    QCoreApplication.processEvents()
-    found = window.strip.findChildren(QWidget, f"option {name}")
-    return next(one for one in found if one.isVisible())
-
-
 @pytest.mark.parametrize(("how", "theme"), [("enter", "dark"), ("double click", "light")])
 def test_a_lasso_is_adjusted_before_it_is_taken(
     make_window, sphere, qtbot, artefacts: Path, how: str, theme: str
@@ -276,11 +243,8 @@ def test_escape_drops_a_lasso_that_waits(window: Window, qtbot) -> None:
     assert (size < 0.17).all(), "the one drawn last counts"
 
 
-@pytest.mark.parametrize("theme", ["dark", "light"])
-def test_the_smallest_feature_is_slid(
-    make_window, sphere, qtbot, artefacts: Path, theme: str
-) -> None:
-    window = make_window(sphere, theme)
+def test_the_smallest_feature_is_slid(make_window, sphere, qtbot, artefacts: Path) -> None:
+    window = make_window(sphere, "light")
     session, slider = window.session, window.level.feature_slider
     region(window, qtbot, radius=0.25)
     qtbot.waitUntil(lambda: session.decomposition.complete, timeout=60_000)
@@ -297,7 +261,7 @@ def test_the_smallest_feature_is_slid(
     middle = np.sqrt(known.wavelength(1) * known.wavelength(known.m))
     assert middle <= window.level.feature.value() + 0.01 < 1.5 * middle
     qtbot.wait(100)
-    picture(window, artefacts, f"feature {theme}")
+    picture(window, artefacts, "feature")
 
     window.level.slider.setValue(0)
     assert slider.value() == 0, "it follows the level"

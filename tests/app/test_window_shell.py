@@ -214,7 +214,7 @@ def test_tab_hides_the_panels(window: Window, qtbot) -> None:
 def test_both_themes_show_every_state(
     make_window, qtbot, sphere: Mesh, artefacts: Path, theme: str
 ) -> None:
-    window = make_window(sphere, theme=theme, size=(1280, 860))
+    window = make_window(sphere, theme=theme, size=(1000, 700))
     picture(window, artefacts, f"{theme} open")
     lasso(window, qtbot)
     picture(window, artefacts, f"{theme} region")

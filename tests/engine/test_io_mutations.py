@@ -23,7 +23,7 @@ def test_hundreds_of_damaged_files(tmp_path: Path) -> None:
 
 
 def test_damage_in_formats_that_native_code_reads(tmp_path: Path) -> None:
-    assert_no_faults(run(120, seed=3, folder=tmp_path, experimental=True), 120)
+    assert_no_faults(run(64, seed=3, folder=tmp_path, experimental=True), 64)
 
 
 @pytest.mark.soak
