@@ -6,6 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import psutil
 from PySide6.QtCore import QObject
 
@@ -13,8 +14,12 @@ from app.files import Files
 from app.plate import Plate
 from app.seeing import UNIT_WORDS, likely_unit, size_words, unit_question
 from app.session import Session
+from app.viewport import Viewport
 from engine import Imported
+from engine.arrays import F64
 from engine.files.report import shown
+
+SAMPLE = 5000  # vertices tell where the form is
 
 
 class OpeningPlate(QObject):
@@ -75,3 +80,12 @@ class OpeningPlate(QObject):
             words.capitalize(): partial(self._session.set_unit, unit)
             for unit, words in UNIT_WORDS.items()
         }
+
+
+def form_seen(session: Session, viewport: Viewport) -> F64:
+    """Return where a sample of the form's vertices is seen, (p, 2) px."""
+    document = session.document
+    if document is None:
+        return np.zeros((0, 2))
+    vertices = document.mesh.vertices
+    return viewport.view().project(vertices[:: max(1, len(vertices) // SAMPLE)])

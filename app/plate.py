@@ -4,20 +4,43 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from PySide6.QtCore import QEvent, QObject, Qt
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+import numpy as np
+from PySide6.QtCore import QEvent, QObject, QSize, Qt, QTimer
+from PySide6.QtWidgets import (
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
 
-MARGIN = 16
-WIDEST = 520
+from app.free_place import MARGIN, free_place
+from engine.arrays import F64
+
+WIDTHS = 520, 360, 280
+NARROWEST = 160
+_DIRECT = Qt.FindChildOption.FindDirectChildrenOnly
+BESIDE = 28  # px of the plate beside its words
 MOST_LINES = 8
 
 
 class Plate(QFrame):
-    """Lies at the upper left of what it is over; one at a time."""
+    """Lies in a corner of what it is over, where it does not cover the form; one at a time.
 
-    def __init__(self, over: QWidget) -> None:
+    Parameters
+    ----------
+    over : what it lies over.
+    form : gives points of the form as they are seen, (p, 2) px.
+    """
+
+    def __init__(self, over: QWidget, form: Callable[[], F64] = lambda: np.zeros((0, 2))) -> None:
         super().__init__(over)
         self._over = over
+        self._form = form
+        # A pen on the plate does not draw on the form below it.
+        self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
         self.setObjectName("plate")
         self.setStyleSheet(
             "#plate { background: palette(window); border: 1px solid palette(mid);"
@@ -32,15 +55,17 @@ class Plate(QFrame):
         for label in (self._title, self._text):
             label.setTextFormat(Qt.TextFormat.PlainText)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._row = QHBoxLayout()
-        self._row.setSpacing(8)
-        self._row.addStretch(1)
+        self._grid = QGridLayout()
+        self._grid.setSpacing(8)
         column = QVBoxLayout(self)
         column.setContentsMargins(16, 12, 12, 12)
         column.setSpacing(8)
         column.addWidget(self._title)
         column.addWidget(self._text)
-        column.addLayout(self._row)
+        row = QHBoxLayout()
+        row.addStretch(1)
+        row.addLayout(self._grid)
+        column.addLayout(row)
         self.buttons: dict[str, QPushButton] = {}
         self.hide()
         over.installEventFilter(self)
@@ -59,18 +84,19 @@ class Plate(QFrame):
         self._title.setText(title)
         self._text.setText("\n".join(shown))
         for button in self.buttons.values():
-            self._row.removeWidget(button)
+            self._grid.removeWidget(button)
             button.deleteLater()
         self.buttons = {}
         for words, callback in buttons.items():
             button = QPushButton(words, self)
             button.clicked.connect(self.hide)
             button.clicked.connect(lambda _on=False, call=callback: call())
-            self._row.addWidget(button)
             self.buttons[words] = button
         self.setAccessibleName(title)
         self.show()
         self._place()
+        # The view may still be on its way to what was opened.
+        QTimer.singleShot(0, self, self._place)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Stay in place when the viewport changes its size."""
@@ -79,9 +105,34 @@ class Plate(QFrame):
         return super().eventFilter(watched, event)
 
     def _place(self) -> None:
-        wide = min(WIDEST, self._over.width() - 2 * MARGIN)
-        self.setFixedWidth(max(wide, 160))
-        self._text.setFixedWidth(max(wide - 28, 120))
-        self.adjustSize()
-        self.move(MARGIN, MARGIN)
+        most = self._over.width() - 2 * MARGIN
+        widths = [max(min(wide, most), NARROWEST) for wide in WIDTHS]
+        sizes = [self._taken(wide) for wide in widths]
+        others = [
+            one.geometry()
+            for one in self._over.findChildren(QFrame, options=_DIRECT)
+            if one is not self and one.isVisible()
+        ]
+        which, corner = free_place(self._over.size(), sizes, others, self._form())
+        self._taken(widths[which])
+        self.move(corner)
         self.raise_()
+
+    def _taken(self, wide: int) -> QSize:
+        """Take a width; return the size with it."""
+        self.setFixedWidth(wide)
+        inside = wide - BESIDE
+        self._text.setFixedSize(inside, self._text.heightForWidth(inside))
+        buttons = list(self.buttons.values())
+        widest = [button.sizeHint().width() for button in buttons]
+        gap = self._grid.spacing()
+        columns = len(buttons)
+        if sum(widest) + gap * (columns - 1) > inside:
+            columns = max(1, (inside + gap) // (max(widest) + gap))
+        for i, button in enumerate(buttons):
+            self._grid.addWidget(button, i // columns, i % columns)
+        layout = self.layout()
+        assert layout is not None
+        layout.activate()
+        self.adjustSize()
+        return self.size()

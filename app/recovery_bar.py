@@ -30,6 +30,8 @@ class RecoveryBar(QFrame):
     def __init__(self, over: QWidget) -> None:
         super().__init__(over)
         self._over = over
+        # A pen on the bar does not draw on the form below it.
+        self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
         self.setObjectName("recovery")
         self.setAccessibleName("Restore unsaved work")
         self.setCursor(Qt.CursorShape.ArrowCursor)

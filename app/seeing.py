@@ -164,6 +164,8 @@ class TraceBar(QFrame):
 
     def __init__(self, viewport: Viewport) -> None:
         super().__init__(viewport)
+        # A pen on the bar does not draw on the form below it.
+        self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
         self._viewport = viewport
         self._image = QImage()
         self.setObjectName("trace")

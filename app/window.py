@@ -24,7 +24,7 @@ from app.keys import Keys
 from app.look import Appearance, Theme
 from app.menus import Menus
 from app.modes import ModesViewer
-from app.opening_plate import OpeningPlate
+from app.opening_plate import OpeningPlate, form_seen
 from app.palette import Palette
 from app.panels.edit import EditPanel
 from app.panels.level import LevelPanel
@@ -85,7 +85,7 @@ class Window(QMainWindow):
         self.strip = ToolStrip(self.toolhost, self)
         self.status = Status(self.session, self)
         self.ask = Ask(self)
-        self.plate = Plate(self.viewport)
+        self.plate = Plate(self.viewport, lambda: form_seen(self.session, self.viewport))
         OpeningPlate(self.session, self.files, self.plate)
         Thumbnails(self.session, self.stage, self.viewport, self.steps)
         self.file_dialogs = FileDialogs(self.files, self)

@@ -125,8 +125,13 @@ class _TakesEnter(QObject):
         return False
 
 
+def _own_text(box: QSpinBox) -> str:
+    """Return the text of the value of a field for whole numbers."""
+    return box.textFromValue(box.value())
+
+
 def _typed(box: QSpinBox | QDoubleSpinBox) -> bool:
-    shown = box.textFromValue(box.value())  # type: ignore[arg-type]
+    shown = _own_text(box) if isinstance(box, QSpinBox) else box.textFromValue(box.value())
     special = box.specialValueText() if box.value() == box.minimum() else ""
     return box.text() != (special or f"{box.prefix()}{shown}{box.suffix()}")
 

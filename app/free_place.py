@@ -1,0 +1,52 @@
+"""Free place: where something may lie over the viewport without covering the form."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from PySide6.QtCore import QPoint, QRect, QSize
+
+from engine.arrays import F64
+
+MARGIN = 16
+AROUND = 8  # px that should stay free beside it
+
+
+def free_place(
+    room: QSize, sizes: Sequence[QSize], taken: Iterable[QRect], form: F64
+) -> tuple[int, QPoint]:
+    """Return which of `sizes` fits best, and the corner of the room that it fits in.
+
+    The first size in the first corner that covers nothing is taken: upper left, lower left, lower
+    right, upper right. Where every one covers something, it is the one that covers least.
+
+    Parameters
+    ----------
+    room : of the viewport, px.
+    sizes : that it may have, the best first.
+    taken : what lies over the viewport already, px.
+    form : (p, 2) points of the form as they are seen, px.
+    """
+    blocked = list(taken)
+    best, least = (0, QPoint(MARGIN, MARGIN)), np.inf
+    for which, size in enumerate(sizes):
+        right = room.width() - size.width() - MARGIN
+        low = room.height() - size.height() - MARGIN
+        for x, y in ((MARGIN, MARGIN), (MARGIN, low), (right, low), (right, MARGIN)):
+            if x < 0 or y < 0:
+                continue
+            place = QRect(QPoint(x, y), size).adjusted(-AROUND, -AROUND, AROUND, AROUND)
+            covered = _inside(place, form) + 1e6 * sum(place.intersects(one) for one in blocked)
+            if covered < least:
+                best, least = (which, QPoint(x, y)), covered
+            if covered == 0:
+                return best
+    return best
+
+
+def _inside(place: QRect, points: F64) -> int:
+    """Return how many points (p, 2) lie in a rectangle."""
+    low = np.array([place.left(), place.top()])
+    high = np.array([place.right(), place.bottom()])
+    return int(((points >= low) & (points <= high)).all(axis=1).sum())
