@@ -25,7 +25,7 @@ run: $(VENV)/ready/run
 	$(PY) -m app $(ARGS)
 
 test: $(VENV)/ready/test
-	$(PYTEST) -n $(WORKERS) --dist loadfile --max-worker-restart 0 $(ARGS) </dev/null
+	$(PYTEST) -n $(WORKERS) --dist worksteal --max-worker-restart 0 $(ARGS) </dev/null
 
 check: lint test
 
