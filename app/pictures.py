@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from app.form import Form
 from app.look.colours import LIGHT, ROLE_COLOURS, Theme, rgb8
 from engine.arrays import F64, I64
 from engine.mesh import Mesh
@@ -69,6 +70,7 @@ class Studio:
         self._window.AddRenderer(self._renderer)
         self._scene = Scene(self._renderer, theme)
         self._scene.scale = scale * SUPERSAMPLING
+        self._mesh = mesh
         self._scene.set_mesh(mesh)
 
     def __enter__(self) -> Studio:
@@ -159,7 +161,7 @@ class Studio:
             ids=np.ascontiguousarray(ids),
             view=View(view.matrix, (width, height)),
             scale=1.0,
-            vertices=placement.to_mesh(surface.positions),
+            form=Form(self._mesh, np.arange(surface.n), placement.to_mesh(surface.positions)),
             faces=surface.faces,
         )
 

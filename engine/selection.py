@@ -52,11 +52,28 @@ def smoothed_border(topology: Topology, roi: I64, rounds: int = 3) -> I64:
     above one half afterwards is inside. Far from the border nothing changes.
     """
     inside = _mask(topology, roi)
-    weight = inside.astype(np.float64)
-    degree = np.maximum(np.diff(topology.adjacency.indptr), 1)
+    near = _about_border(topology, inside, rounds)
+    weight, links = inside.astype(np.float64), topology.adjacency[near]
+    degree = np.maximum(np.diff(links.indptr), 1)
     for _ in range(rounds):
-        weight = (weight + np.asarray(topology.adjacency @ weight) / degree) / 2
-    return np.flatnonzero(np.where(weight == 0.5, inside, weight > 0.5))
+        weight[near] = (weight[near] + np.asarray(links @ weight) / degree) / 2
+    share = weight[near]
+    inside[near] = np.where(share == 0.5, inside[near], share > 0.5)
+    return np.flatnonzero(inside)
+
+
+def _about_border(topology: Topology, inside: B1, rings: int) -> I64:
+    """Return the vertices within so many edges of those at the border, on both of its sides."""
+    few = np.flatnonzero(inside if 2 * np.count_nonzero(inside) <= len(inside) else ~inside)
+    links = topology.adjacency[few]
+    apart = inside[np.repeat(few, np.diff(links.indptr))] != inside[links.indices]
+    near = np.zeros(len(inside), dtype=bool)
+    front = np.unique(links.indices[apart])
+    for _ in range(rings + 1):
+        near[front] = True
+        around = np.unique(topology.adjacency[front].indices)
+        front = around[~near[around]]
+    return np.flatnonzero(near)
 
 
 def without_specks(topology: Topology, roi: I64, share: float) -> I64:

@@ -10,7 +10,7 @@ from scipy import sparse as sp
 
 from engine.arrays import B1, F64, I64
 
-FEW = 32  # among so many times as many places, numbers are sorted; else places are ticked off
+FEW = 512  # among so many times as many places, numbers are sorted; else places are ticked off
 
 
 def distinct(numbers: NDArray[Any], n: int) -> I64:

@@ -110,15 +110,14 @@ class Gradual(QObject):
         pieces = self._scene.pieces
         assert pieces is not None
         first = 0
-        for number, faces in enumerate(pieces.faces):
+        for number, count in enumerate(pieces.counts):
             actor = pieces.actor(number)
             self._render([actor], number == 0, partial(numbered, actor, first), plain=True)
-            first += len(faces)
+            first += count
             yield
         drawn = read(self._window)
         yield
-        of = np.concatenate([*pieces.faces, [-1]]).astype(np.int32)
-        ids: NDArray[np.int32] = of[drawn]
+        ids: NDArray[np.int32] = pieces.numbers[drawn]
         self.give_up()
         self.seen.emit(ids)
 

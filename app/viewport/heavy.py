@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse as sp
 
+from app.viewport.surface import Placement, offsets_of
 from engine.arrays import I64
 from engine.mesh import Mesh, Topology
 
@@ -56,14 +57,30 @@ class Lighter:
 
 @dataclass(frozen=True, eq=False)
 class Heavy:
-    """A heavy form's normals, its lighter form, and the parts that it is drawn in."""
+    """A heavy form's lighter form, and the parts that it is drawn in.
 
-    normals: F32
+    Parameters
+    ----------
+    numbers : which face of the form each face of all parts is; the last is -1, for none.
+    offsets : (f + 1,) what VTK wants to know of the faces.
+    """
+
     lighter: Lighter
     parts: tuple[Part, ...]
+    numbers: NDArray[np.int32]
+    offsets: I64
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """Where a heavy mesh lies in the scene, (n, 3), and its unit normals there."""
+
+    positions: F32
+    normals: F32
 
 
 _known: WeakKeyDictionary[Topology, Heavy] = WeakKeyDictionary()
+_placed: WeakKeyDictionary[Mesh, Placed] = WeakKeyDictionary()
 
 
 def is_heavy(mesh: Mesh) -> bool:
@@ -77,6 +94,7 @@ def prepare(mesh: Mesh) -> None:
     mesh.topology.incidence, mesh.topology.adjacency  # noqa: B018
     if is_heavy(mesh):
         heavy(mesh)
+        placed(mesh)
 
 
 def heavy(mesh: Mesh) -> Heavy:
@@ -84,12 +102,21 @@ def heavy(mesh: Mesh) -> Heavy:
     known = _known.get(mesh.topology)
     if known is None:
         positions = (mesh.vertices - mesh.bounds.mean(axis=0)).astype(np.float32)
-        known = Heavy(
-            normals_of(positions, mesh.faces, mesh.topology.incidence),
-            lightened(positions, mesh.faces),
-            parts_of(positions, mesh.faces),
-        )
+        parts = parts_of(positions, mesh.faces)
+        numbers = np.concatenate([*(part.of for part in parts), [-1]]).astype(np.int32)
+        lighter = lightened(positions, mesh.faces)
+        known = Heavy(lighter, parts, numbers, offsets_of(mesh.faces))
         _known[mesh.topology] = known
+    return known
+
+
+def placed(mesh: Mesh) -> Placed:
+    """Return a heavy mesh as it lies in the scene; kept as long as the mesh is."""
+    known = _placed.get(mesh)
+    if known is None:
+        positions = Placement.of(mesh).to_scene(mesh.vertices).astype(np.float32)
+        known = Placed(positions, normals_of(positions, mesh.faces, mesh.topology.incidence))
+        _placed[mesh] = known
     return known
 
 

@@ -10,12 +10,15 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QWidget
 
 from app.look import DARK, Theme
+from app.viewport.around import distinct
 from app.viewport.inking import Inking
 from app.viewport.maps import Maps
 from app.viewport.overlay import SpaceCurve
 from app.viewport.shading import Display
 from engine.arrays import F64, I64
 from engine.mesh import Mesh
+
+_NONE: I64 = np.zeros(0, dtype=np.int64)
 
 
 class Layers(Inking):
@@ -32,6 +35,7 @@ class Layers(Inking):
         super().__init__(parent, theme)
         self._form: Mesh | None = None
         self._vertices: F64 = np.zeros((0, 3))
+        self._moved: I64 = _NONE  # all that were ever moved
         self.maps = Maps(self)
         self.rested.connect(self.maps.rested)
 
@@ -55,7 +59,7 @@ class Layers(Inking):
         self.scene.set_mesh(mesh)
         self.overlay.clear_curves()
         self._form = mesh
-        self._vertices = mesh.vertices.copy()
+        self._vertices, self._moved = mesh.vertices.copy(), _NONE
         after = self.scene.placement
         if keep_camera:
             scale = after.scale / before.scale
@@ -86,10 +90,18 @@ class Layers(Inking):
             if len(p) != len(changed_ids):
                 p = p[changed_ids]
             self._vertices[changed_ids] = p
+        self._note_moved(changed_ids)
         self.scene.move(p, changed_ids)
         self.maps.moved()
         self._lighten()
         self._changed()
+
+    def _note_moved(self, ids: I64 | None) -> None:
+        n = len(self._vertices)
+        if ids is None:
+            self._moved = np.arange(n)
+        elif not np.array_equal(ids, self._moved) and len(self._moved) < n:
+            self._moved = distinct(np.concatenate([self._moved, ids]), n)
 
     def set_region(self, ids: I64 | None) -> None:
         """Tint the vertices `ids` as the region and draw their rim; None for no region."""

@@ -18,7 +18,7 @@ from app.viewport.shading import (
     signed_mean_curvature,
     turn_stripes,
 )
-from engine.arrays import F64
+from engine.arrays import F64, frozen
 
 if TYPE_CHECKING:
     from app.viewport.layers import Layers
@@ -60,7 +60,7 @@ class Maps:
 
     def set_reference(self, positions: ArrayLike | None) -> None:
         """Measure deviation from positions (n, 3); None for the form as it was set."""
-        self._reference = None if positions is None else np.array(positions, dtype=np.float64)
+        self._reference = None if positions is None else frozen(positions, np.float64)
         self._most = 0.0
         self.moved()
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +11,7 @@ from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QImage, QPainter, QPolygonF
 from scipy import sparse as sp
 
+from app.form import Form
 from app.viewport.around import faces_about
 from app.viewport.visibility import deepest, facing, touched, visible
 from engine.arrays import B1, F64, I64
@@ -50,7 +50,7 @@ class Sight:
     ids : (h, w) int32, triangle at each device pixel, -1 for none; row 0 on top.
     view : the camera, in logical pixels.
     scale : device pixels in one logical pixel.
-    vertices : (n, 3) positions in the units of `view`.
+    form : what is seen, in the units of `view`.
     faces : (f, 3).
     incidence : (n, f), which faces are around a vertex; without it all are looked through.
     """
@@ -58,7 +58,7 @@ class Sight:
     ids: NDArray[np.int32]
     view: View
     scale: float
-    vertices: NDArray[Any]
+    form: Form
     faces: I64
     incidence: sp.csr_array | None = None
 
@@ -79,7 +79,7 @@ class Sight:
         A vertex behind the eye has not-a-number as its place.
         """
         m = self.view.matrix
-        h = self.vertices @ m[:, :3].T + m[:, 3]
+        h = self.form.whole.vertices @ m[:, :3].T + m[:, 3]
         width, height = (s * self.scale for s in self.view.size)
         w = np.where(h[:, 3] > 0, h[:, 3], np.nan)
         place = np.empty((len(h), 3))
@@ -119,7 +119,7 @@ class Sight:
         return candidates if through else candidates[self._visible(candidates)]
 
     def _visible(self, candidates: I64) -> B1:
-        n = len(self.vertices)
+        n = self.form.mesh.n
         if self.incidence is None:
             mine = np.zeros(n, dtype=bool)
             mine[candidates] = True
@@ -148,7 +148,7 @@ class Sight:
         face, shares = self._under(x, y, middle)
         corners = self.faces[face]
         distance = np.linalg.norm(self.screen[corners, :2] - np.array([x, y]) * self.scale, axis=1)
-        point = shares @ np.asarray(self.vertices[corners], dtype=np.float64)
+        point = shares @ self.form.at(corners)
         return Hit(face, int(corners[np.argmin(distance)]), point)
 
     def _under(self, x: float, y: float, middle: int) -> tuple[int, F64]:
@@ -170,7 +170,7 @@ class Sight:
 
     def _shares(self, face: int, x: float, y: float) -> F64:
         """Return barycentric shares b (3,) at a pixel: P(corners' b) = (x, y), sum b = 1."""
-        corners = np.asarray(self.vertices[self.faces[face]], dtype=np.float64)
+        corners = self.form.at(self.faces[face])
         p = self.view.pixel_matrix
         rows = np.stack([p[0] - x * p[2], p[1] - y * p[2]])
         system = np.vstack([rows[:, :3] @ corners.T + rows[:, 3:], np.ones(3)])

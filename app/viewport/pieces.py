@@ -3,29 +3,34 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkActor, vtkRenderer
 
-from app.viewport.heavy import Part
+from app.viewport.heavy import Heavy
 from app.viewport.surface import Surface
 
 
 class Pieces:
-    """The pieces of one surface in a renderer; they are made when they are first drawn."""
+    """The pieces of one surface in a renderer; they are made when they are first drawn.
 
-    def __init__(self, renderer: vtkRenderer, surface: Surface, parts: tuple[Part, ...]) -> None:
+    Attributes
+    ----------
+    numbers : which face of the form each face of all pieces is; the last is -1, for none.
+    """
+
+    def __init__(self, renderer: vtkRenderer, surface: Surface, heavy: Heavy) -> None:
         self._renderer = renderer
         self._of = surface
-        self._parts = parts
-        self._made: list[Surface | None] = [None] * len(parts)
+        self._parts = heavy.parts
+        self.numbers = heavy.numbers
+        self._made: list[Surface | None] = [None] * len(heavy.parts)
 
     def __len__(self) -> int:
         return len(self._parts)
 
     @property
-    def faces(self) -> tuple[NDArray[np.int64], ...]:
-        """Which faces of the form those of each piece are."""
-        return tuple(part.of for part in self._parts)
+    def counts(self) -> tuple[int, ...]:
+        """How many faces each piece has."""
+        return tuple(len(part.of) for part in self._parts)
 
     def show(self, which: range) -> None:
         """Let some of the pieces be drawn, as the form is now, and no other."""

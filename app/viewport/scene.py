@@ -14,7 +14,7 @@ from app.look import DARK, RIM, Theme, rgb, rgb8
 from app.viewport.camera import Eye
 from app.viewport.curves import Isoline, Segments
 from app.viewport.ghost import Ghost
-from app.viewport.heavy import heavy, is_heavy
+from app.viewport.heavy import heavy, is_heavy, placed
 from app.viewport.lights import background, clay, light_up
 from app.viewport.marks import Marks
 from app.viewport.pieces import Pieces
@@ -72,12 +72,14 @@ class Scene:
         self.placement = Placement.of(mesh)
         self._mesh = mesh
         self._faces = mesh.faces
+        known = placed(mesh) if is_heavy(mesh) else None
         self.surface = Surface(
-            self.placement.to_scene(mesh.vertices),
+            self.placement.to_scene(mesh.vertices) if known is None else known.positions,
             mesh.faces,
             rgb8(self.theme.clay),
-            heavy(mesh).normals if is_heavy(mesh) else None,
+            None if known is None else known.normals,
             mesh.topology.incidence,
+            None if known is None else heavy(mesh).offsets,
         )
         clay(self.surface.actor.GetProperty())
         self.set_wireframe(self.wireframe)
@@ -100,14 +102,17 @@ class Scene:
     def move(self, positions: NDArray[Any], ids: I64 | None) -> None:
         """Move all vertices, or those of `ids`, to `positions` in mesh units."""
         assert self.surface is not None
-        self.surface.move(self.placement.to_scene(positions), ids)
+        ring = self.surface.move(self.placement.to_scene(positions), ids)
         if self._rim is not None:
             line, marks = self._rim
             marks.move(line.points(self.surface.positions))
         if self.plane is not None:
             self.plane.follow(self.surface.positions)
-        if self.stand_in is not None and self.stand_in.surface.actor.GetVisibility():
-            self.stand_in.follow()
+        if self.stand_in is not None and self.standing_in:
+            if ring is None:
+                self.stand_in.follow()
+            else:
+                self.stand_in.follow_at(ring)
         if self._ghost is not None:
             self._ghost.follow(np.arange(self.surface.n) if ids is None else ids)
 
@@ -123,23 +128,22 @@ class Scene:
             incidence = self._mesh.topology.incidence
             self._tint = feathered(ids, self._faces, incidence, self.surface.n)
             self._draw_rim(self._tint)
-        self._keep_whole()
+        shown = self._put_stand_in_away()
         self._paint()
+        self.use_stand_in(shown)
 
     def _forget_region(self) -> None:
         if self._rim is not None:
             self.renderer.RemoveActor(self._rim[1].actor)
         self._rim = self._region = self._tint = None
 
-    def _keep_whole(self) -> None:
-        """Let the stand-in, if there is one, show the region as it is."""
-        if self.stand_in is None:
-            return
+    def _put_stand_in_away(self) -> bool:
+        """Forget the stand-in, which shows another region as it is; return whether it was shown."""
         shown = self.standing_in
-        self.renderer.RemoveActor(self.stand_in.surface.actor)
+        if self.stand_in is not None:
+            self.renderer.RemoveActor(self.stand_in.surface.actor)
         self.stand_in = None
-        if shown:
-            self.use_stand_in(True)
+        return shown
 
     def _draw_rim(self, tint: Feather) -> None:
         """Draw the line where the feathered weight is one half: the border without its teeth."""
@@ -179,8 +183,8 @@ class Scene:
             for k in range(3):
                 colours[:, k] = np.where(tint.inside, full[k], held[k])
             self.surface.recolour(tinted(tint.weight[tint.border], self.theme), tint.border)
-        if self.stand_in is not None:
-            self.stand_in.follow()
+        if self.stand_in is not None and self.standing_in:
+            self.stand_in.recolour()
 
     # What lies over the form
 
@@ -287,7 +291,7 @@ class Scene:
             self.stand_in.surface.actor.SetProperty(self.surface.actor.GetProperty())
             self.stand_in.surface.actor.SetShaderProperty(self.surface.actor.GetShaderProperty())
             self.renderer.AddActor(self.stand_in.surface.actor)
-        elif wanted and self.stand_in is not None:
+        elif wanted and self.stand_in is not None and not self.standing_in:
             self.stand_in.follow()
         if self.stand_in is None:
             return
@@ -297,7 +301,7 @@ class Scene:
     def draw_in_pieces(self) -> None:
         """Draw the form itself never as a whole: the stand-in, and its pieces in idle moments."""
         if self.pieces is None and self.surface is not None and self._mesh is not None:
-            self.pieces = Pieces(self.renderer, self.surface, heavy(self._mesh).parts)
+            self.pieces = Pieces(self.renderer, self.surface, heavy(self._mesh))
             self.use_stand_in(True)
 
     @contextmanager

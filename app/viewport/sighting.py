@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QWidget
 
+from app.form import Form
 from app.look import DARK, Theme
 from app.viewport.idimage import capture
 from app.viewport.layers import Layers
@@ -99,7 +100,7 @@ class Sighting(Layers):
             np.ascontiguousarray(ids[::-1]),
             self.view(),
             self.devicePixelRatioF(),
-            self._vertices.copy(),
+            Form(self._form, self._moved, self._vertices[self._moved]),
             self._form.faces,
             self._form.topology.incidence,
         )

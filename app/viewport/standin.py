@@ -48,6 +48,7 @@ class StandIn:
     def __init__(self, surface: Surface, ids: I64, faces: I64) -> None:
         self._of = surface
         self.ids = ids
+        self._here: tuple[I64, I64] | None = None  # vertices that moved, and which here these are
         self.surface = Surface(
             surface.positions[ids], faces, (255, 255, 255), normals=surface.normals[ids]
         )
@@ -59,5 +60,26 @@ class StandIn:
         """Copy positions, normals and colours of the heavy surface."""
         self.surface.positions[:] = self._of.positions[self.ids]
         self.surface.normals[:] = self._of.normals[self.ids]
+        self.surface.moved()
+        self.recolour()
+
+    def follow_at(self, moved: I64) -> None:
+        """Copy positions and normals of some vertices of the heavy surface.
+
+        Parameters
+        ----------
+        moved : ids in the heavy one; the same array again and again is fastest.
+        """
+        if self._here is None or self._here[0] is not moved:
+            there = np.zeros(self._of.n, dtype=bool)
+            there[moved] = True
+            self._here = (moved, np.flatnonzero(there[self.ids]))
+        here = self._here[1]
+        self.surface.positions[here] = self._of.positions[self.ids[here]]
+        self.surface.normals[here] = self._of.normals[self.ids[here]]
+        self.surface.moved()
+
+    def recolour(self) -> None:
+        """Copy the colours of the heavy surface."""
         self.surface.colours[:] = self._of.colours[self.ids]
-        self.surface.refresh()
+        self.surface.recoloured()

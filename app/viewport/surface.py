@@ -83,6 +83,11 @@ def _farthest(positions: NDArray[Any]) -> float:
     return max(float(positions.max()), -float(positions.min())) if positions.size else 0.0
 
 
+def offsets_of(faces: I64) -> I64:
+    """Return where VTK finds the corners of each of the faces (f, 3), and their end, (f + 1,)."""
+    return np.arange(0, 3 * len(faces) + 1, 3, dtype=np.int64)
+
+
 class _Neighbourhood:
     """Which normals change when the vertices `ids` move, and the faces that give them."""
 
@@ -110,6 +115,7 @@ class Surface:
     colour : (3,) uint8, of every vertex at first.
     normals : (n, 3), if they are known already.
     incidence : (n, f), which faces are around a vertex; needed to move only some of them.
+    offsets : (f + 1,) what `offsets_of` gives, if it is known already.
 
     Attributes
     ----------
@@ -124,6 +130,7 @@ class Surface:
         colour: ArrayLike,
         normals: F32 | None = None,
         incidence: sp.csr_array | None = None,
+        offsets: I64 | None = None,
     ) -> None:
         n = len(positions)
         self._incidence = incidence
@@ -146,7 +153,7 @@ class Surface:
         self._rgb.SetName("rgb")
         self.recolour(np.asarray(colour, dtype=np.uint8))
         self._connectivity = np.ascontiguousarray(faces, dtype=np.int64).reshape(-1)
-        self._offsets = np.arange(0, 3 * len(faces) + 1, 3, dtype=np.int64)
+        self._offsets = offsets_of(faces) if offsets is None else offsets
         cells = vtkCellArray()
         cells.SetData(
             numpy_to_vtkIdTypeArray(self._offsets), numpy_to_vtkIdTypeArray(self._connectivity)
@@ -175,19 +182,25 @@ class Surface:
         """Number of vertices."""
         return len(self.positions)
 
-    def move(self, positions: NDArray[Any], ids: I64 | None = None) -> None:
-        """Take new positions in scene units: of all vertices (n, 3), or of `ids` only (m, 3)."""
+    def move(self, positions: NDArray[Any], ids: I64 | None = None) -> I64 | None:
+        """Take new positions in scene units: of all vertices (n, 3), or of `ids` only (m, 3).
+
+        Returns the vertices whose positions or normals are others now, None for all.
+        """
         self._reach = max(self._reach, _farthest(positions))
         if ids is None:
             self.positions[:] = positions
             self.normals[:] = unit_normals(self.positions, self.faces, self.n)
+            ring = None
         else:
             self.positions[ids] = positions
             if self._neighbourhood is None or self._neighbourhood.ids is not ids:
                 assert self._incidence is not None
                 self._neighbourhood = _Neighbourhood(ids, self.faces, self._incidence)
-            self.normals[self._neighbourhood.ring] = self._neighbourhood.normals(self.positions)
+            ring = self._neighbourhood.ring
+            self.normals[ring] = self._neighbourhood.normals(self.positions)
         self.moved()
+        return ring
 
     def moved(self) -> None:
         """Tell VTK that positions and normals were written in place."""
@@ -206,11 +219,6 @@ class Surface:
                 self.colours[:, k] = colours[k]
         else:
             self.colours[slice(None) if ids is None else ids] = colours
-        self.recoloured()
-
-    def refresh(self) -> None:
-        """Tell VTK that positions, normals and colours were written in place."""
-        self.moved()
         self.recoloured()
 
     @property
