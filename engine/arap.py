@@ -50,14 +50,14 @@ class Polish:
     Parameters
     ----------
     lse : the region's surface at rest.
-    rings : ring products of that surface, from `ring_products`.
+    rings : ring products of that surface, from `ring_products`, the region's vertices first.
     anchors : (c,) positions in the region's `roi` of the vertices that are held.
     """
 
     def __init__(self, lse: Lse, rings: sp.csr_array, anchors: I64) -> None:
         m = lse.m
         self._lse = lse
-        self._rings = rings
+        self._rings = rings[: 3 * m]
         self._anchors = anchors
         K = lse.stiffness
         self._membrane = sp.csr_array(K[:m])

@@ -96,9 +96,14 @@ class Plate:
     Vertices whose ring of faces is open carry no delta and are left out of the sum, so that a
     border inside or beside the region acts as a hinge and a plane stays a plane. Those of a freed
     border keep instead the pull that the surface has on them on the original.
+
+    Parameters
+    ----------
+    region : the region.
+    stay : adds `stay` sum_i M_i |x_i - wanted_i|^2 over the roi; see `change`.
     """
 
-    def __init__(self, region: Region) -> None:
+    def __init__(self, region: Region, stay: float = 0.0) -> None:
         self._region = region
         m = region.m
         near = m + len(region.rim)
@@ -111,11 +116,25 @@ class Plate:
         weighted.data *= np.repeat(weight, np.diff(inner.indptr))
         self._turned = sp.csr_array(weighted.T)
         self._held = self._rows[:, m:] @ region.x[m:]
-        self._factor = factorise(sp.csr_array(self._turned @ inner))
+        matrix = sp.csr_array(self._turned @ inner)
+        self._stay: F64 = stay * region.laplacian.areas[:m]
+        if stay > 0:
+            matrix.setdiag(matrix.diagonal() + self._stay)
+        self._factor = factorise(matrix)
 
     def fitted(self, wanted: F64) -> F64:
         """Return the positions (m, 3) with M delta nearest to `wanted`, (near, 3)."""
         return self._factor.solve(self._turned @ (wanted + self._pull - self._held))
+
+    def change(self, bend: F64, offset: F64) -> F64:
+        """Return v (m, 3), 0 where held, with K v nearest to `bend` and v near to `offset`.
+
+        Parameters
+        ----------
+        bend : (near, 3) as a load, M delta.
+        offset : (m, 3) counts as much as `stay` says.
+        """
+        return self._factor.solve(self._turned @ bend + self._stay[:, None] * offset)
 
     def plain(self) -> F64:
         """Return the positions (m, 3) with K M^-1 K x = 0: Eq. 9 for the vector delta."""

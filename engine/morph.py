@@ -8,19 +8,17 @@ form and d that of the detail,
     result  x = F + (1 - d) L^-1 (R h) + d L'^-1 (R' h')
 
 where S is a shape's surface at that level, h its Laplacian coordinates above it (Eq. 14), and R the
-local rotations that take S to F (Eqs. 18 to 20).
+local rotations that take S to F (Eqs. 18 to 20; `Details` says what L^-1 stands for).
 """
 
 from __future__ import annotations
 
-import numpy as np
-
 from engine.arrays import F64, I64
 from engine.decomposition import decompose
+from engine.details import Details
 from engine.errors import RegionError
 from engine.mesh import Mesh
 from engine.operators import laplacian
-from engine.rectify import ring_products, ring_rotations, turned
 from engine.run import Run
 
 # About a third of the region across: what a person would call its form, unless told otherwise.
@@ -44,12 +42,9 @@ class Side:
         region = self.parts.region
         k = min(count, self.parts.k)
         self.form = self.parts.surface(k)
-        self.high = self.parts.high(k)
         rest = region.x.copy()
         rest[: region.m] = (self.form - region.centre) / region.scale
-        self._rings = ring_products(
-            rest, laplacian(rest, region.faces).stiffness, np.arange(region.m)
-        )
+        self._details = Details(self.parts, k, rest, laplacian(rest, region.faces).stiffness)
 
     def detail(self, patch: F64) -> F64:
         """Return the offsets (m, 3) of this shape's detail on the form at `patch` (p, 3).
@@ -57,10 +52,8 @@ class Side:
         x - S + L^-1 (R h - h) is L^-1 R h in the form that is exact where nothing turns.
         """
         region = self.parts.region
-        R = ring_rotations(self._rings, (patch - region.centre) / region.scale)
-        return self.parts.reconstruct(
-            self.parts.original - self.form, turned(R, self.high) - self.high
-        )
+        deformed = (patch - region.centre) / region.scale
+        return self.parts.original - self.form + self._details.turning(deformed)
 
 
 class Morph:

@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike
 from engine.arap import Polish, Surroundings
 from engine.arrays import F64, I64
 from engine.decomposition import decompose_until
+from engine.details import Details
 from engine.errors import RegionError, SketchError, SolveError
 from engine.lse import Lse, lse_rows
 from engine.mesh import Mesh
-from engine.rectify import ring_products, ring_rotations, turned
 from engine.run import Memo, Run
 
 Method = Literal["smooth", "rigid"]
@@ -84,7 +84,7 @@ class PatchDrag:
         of = lse.rows[self._borders]
         bend = sp.csr_array(lse.stiffness[of]) @ lse.positions
         self._bend: F64 = bend / np.sqrt(lse.give[of])[:, None]
-        self._rings = ring_products(lse.positions, lse.stiffness, np.arange(m))
+        self._details = Details(parts, self._k, lse.positions, lse.stiffness)
         self._polish: Polish | None = None
 
     def moved(self, motions: Sequence[Motion], method: Method, run: Run | None = None) -> F64:
@@ -142,21 +142,17 @@ class PatchDrag:
 
     def _relaxed(self, d: F64, around: Surroundings, run: Run) -> F64:
         if self._polish is None:
-            self._polish = Polish(self._lse, self._rings, np.zeros(0, dtype=np.int64))
+            self._polish = Polish(self._lse, self._details.rings, np.zeros(0, dtype=np.int64))
         return self._polish.relax(d, _ROUNDS, run, around)
 
     def _detailed(self, d: F64, around: F64) -> F64:
         """Return the free part with its details turned and put back (Eq. 20)."""
         parts, lse = self._parts, self._lse
         shifted = parts.original + d * parts.region.scale
-        if self._k >= parts.m:
-            return np.asarray(shifted)
         deformed = lse.positions.copy()
         deformed[: lse.m] += d
         deformed[lse.m :] += around
-        high = parts.high(self._k)
-        R = ring_rotations(self._rings, deformed)
-        return parts.reconstruct(shifted, turned(R, high) - high)
+        return np.asarray(shifted + self._details.turning(deformed))
 
     def _guard(self, d: F64, around: F64) -> None:
         farthest = float(np.linalg.norm(d, axis=1).max(initial=0.0))

@@ -12,12 +12,12 @@ from engine.arrays import B1, F64, I64
 from engine.contour import OutlineAim, asked_next
 from engine.decomposition import decompose_stream
 from engine.detail import Decomposition
+from engine.details import Details
 from engine.errors import SketchError, SolveError
 from engine.handles import Handles, Rows
 from engine.lse import Lse
 from engine.mesh import Mesh
 from engine.mirror import Twins, mirrored_region
-from engine.rectify import ring_products, ring_rotations, turned
 from engine.result import EditResult
 from engine.run import Memo, Run
 from engine.sight import depth_rows, seen, sight_rows
@@ -84,7 +84,7 @@ def _prepared(
     polish = None
     if options.polish and len(moving):
         polish = surface.polish.get(
-            moving.tobytes(), lambda: Polish(surface.lse, surface.rings, moving)
+            moving.tobytes(), lambda: Polish(surface.lse, surface.details.rings, moving)
         )
     return PreparedEdit(mesh, surface, handles, polish, twins, options)
 
@@ -154,10 +154,7 @@ class LevelSurface:
         region = decomposition.region
         self.rest: F64 = decomposition.surface(k)
         self.lse = Lse(region, (self.rest - region.centre) / region.scale)
-        self.high: F64 = decomposition.high(k)
-        self.rings = ring_products(
-            self.lse.positions, self.lse.stiffness, np.arange(decomposition.m)
-        )
+        self.details = Details(decomposition, k, self.lse.positions, self.lse.stiffness)
         self.handles = Memo(1)
         self.polish = Memo(1)
 
@@ -275,7 +272,7 @@ class PreparedEdit:
         """Return the original plus what moved plus what the turn of the details adds (Eq. 20).
 
         x' + L^-1 (R delta_high) = x + (x' - x_level) + L^-1 ((R - 1) delta_high), in the form that
-        returns the original to the bit where nothing moves.
+        returns the original to the bit where nothing moves; see `Details` for L^-1.
 
         Parameters
         ----------
@@ -285,14 +282,9 @@ class PreparedEdit:
         shifted = parts.original + moved * self._scale
         if not self._options.rectify or self.k >= parts.m:
             return shifted
-        high = self._surface.high
-        return parts.reconstruct(shifted, turned(self.rotations(moved), high) - high)
-
-    def rotations(self, moved: F64) -> F64:
-        """Return the local rotations (m, 3, 3) of a displacement (m, 3) in the region's frame."""
         x = self._surface.lse.positions.copy()
         x[: len(moved)] += moved
-        return ring_rotations(self._surface.rings, x)
+        return shifted + self._surface.details.turning(x)
 
     def _guard(self, moved: F64, rows: Rows) -> None:
         """Refuse a surface that runs further than what was drawn explains.
