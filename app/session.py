@@ -51,7 +51,8 @@ class Session(QObject):
     shown_changed(flowing) : `form` is another; `flowing` when it should be seen to move there.
     decomposition_changed : more is known about the region (base, then more and more modes).
     misbehaved(step, reason, wrong) : a step was given up, see `Stepping`.
-    noticed(text) : something worth a line happened (opened, exported).
+    noticed(text) : something worth a line was done (opened, exported).
+    told(text) : something is worth knowing; nothing was asked for.
     applied : a step was added.
     progressed(channel, fraction, text) : work in a channel reports.
     busy_changed : work began or ended in some channel.
@@ -63,6 +64,7 @@ class Session(QObject):
     decomposition_changed = Signal()
     misbehaved = Signal(object, str, bool)
     noticed = Signal(str)
+    told = Signal(str)
     applied = Signal()
     progressed = Signal(str, float, str)
     busy_changed = Signal()
@@ -240,6 +242,15 @@ class Session(QObject):
         if level != document.draft.level or self.rests_on_details:
             draft = replace(document.draft, level=level)
             self.adjust(document.with_draft(draft), "Level")
+
+    def begin_at(self, level: float) -> None:
+        """Show the region just chosen at another level than its base; it is one moment with it."""
+        document = self.document
+        if document is not None and document.draft.roi is not None and self.history is not None:
+            draft = replace(document.draft, level=min(max(float(level), 0.0), 1.0))
+            self.history.amend(document.with_draft(draft))
+            self._coalescing = None
+            self._moved_on(flowing=True)
 
     def set_unit(self, unit: str) -> None:
         """Say what one mesh unit is; nothing is scaled."""

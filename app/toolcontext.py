@@ -138,7 +138,7 @@ class ToolContext(QObject):
 
     def notice(self, text: str) -> None:
         """Put a sentence where the hint is for some seconds."""
-        self._session.noticed.emit(text)
+        self._session.told.emit(text)
 
     def span(self, first: F64, last: F64, text: str) -> None:
         """Show a line between two points with words until the tool is put away."""

@@ -38,6 +38,7 @@ from app.safety import Safety
 from app.seeing import TraceBar
 from app.session import Session
 from app.stage import Stage
+from app.start_level import StartLevel
 from app.status import Status
 from app.symmetry import Symmetry
 from app.thumbnails import Thumbnails
@@ -86,6 +87,7 @@ class Window(QMainWindow):
         self.status = Status(self.session, self)
         self.ask = Ask(self)
         self.plate = Plate(self.viewport, lambda: form_seen(self.session, self.viewport))
+        StartLevel(self.session, lambda: self.toolhost.in_gesture, self)
         OpeningPlate(self.session, self.files, self.plate)
         Thumbnails(self.session, self.stage, self.viewport, self.steps)
         self.file_dialogs = FileDialogs(self.files, self)
@@ -120,6 +122,7 @@ class Window(QMainWindow):
         session.opened.connect(self._opened)
         session.problems.changed.connect(self.hint.set_problem)
         session.noticed.connect(self.hint.set_notice)
+        session.told.connect(lambda text: self.hint.set_notice(text, done=False))
         session.busy_changed.connect(self._soon.start)
         host.tool_changed.connect(self._keep_up)
         host.gesture_changed.connect(self.symmetry.settle)
