@@ -161,15 +161,16 @@ class Compare(QWidget):
 
     def show_moment(self, moment: Moment) -> None:
         """Show a moment beside the current one."""
-        self.moment = moment
-        words = moment.name or moment.label
-        self.header.say(words)
+        # Until it looks from where the main one does, it does not lead that anywhere.
+        self.moment = None
+        self.header.say(moment.name or moment.label)
         self._of = None
         self.viewport.set_mesh(moment.document.mesh)
         self.viewport.set_unit(moment.document.unit)
         self.viewport.set_reference(moment.document.original.vertices)
-        self._take_looks()
         self.viewport.look_as(self._main)
+        self.moment = moment
+        self._take_looks()
         self._follow()
 
     def swap(self) -> None:

@@ -1,0 +1,52 @@
+"""Comparing never moves the camera: both look from where the person looked."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QPushButton
+
+from app.window import Window
+from tests.app.designing import draw, enter, region
+from tests.app.driving import bow, picture
+
+pytestmark = pytest.mark.window
+
+
+def test_the_view_stays_when_a_comparison_opens_swaps_and_closes(
+    window: Window, qtbot, artefacts: Path
+) -> None:
+    view = window.viewport
+    qtbot.keyClick(view, Qt.Key.Key_1)
+    qtbot.waitUntil(lambda: not view.moving)
+    region(window, qtbot)
+    draw(window, qtbot, bow(view, (-0.12, 0.0), (0.12, 0.0)))
+    draw(window, qtbot, bow(view, (-0.12, 0.0), (0.12, 0.0), 0.4))
+    enter(window, qtbot)
+    eye = view.eye
+    window.compare_with(min(window.session.history.moments))
+    qtbot.waitUntil(lambda: window.compare is not None and window.compare.isVisible())
+    qtbot.wait(100)
+    picture(window, artefacts, "comparing")
+    assert view.eye.same_as(eye)
+    assert same_way(window.compare.viewport.eye, eye)
+    click(window, qtbot, "Swap")
+    qtbot.wait(100)
+    assert view.eye.same_as(eye)
+    assert same_way(window.compare.viewport.eye, eye)
+    click(window, qtbot, "Close")
+    qtbot.waitUntil(lambda: window.compare is None)
+    assert view.eye.same_as(eye)
+
+
+def click(window: Window, qtbot, words: str) -> None:
+    buttons = window.compare.findChildren(QPushButton)
+    qtbot.mouseClick(next(b for b in buttons if b.text() == words), Qt.MouseButton.LeftButton)
+
+
+def same_way(one, other) -> bool:
+    """Whether both look the same way; each has its own scale."""
+    return bool(np.allclose(one.axes, other.axes))
