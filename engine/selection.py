@@ -22,7 +22,7 @@ def grown(topology: Topology, roi: I64, rings: int = 1) -> I64:
     """Return the region with `rings` rings of neighbours."""
     inside = _mask(topology, roi)
     for _ in range(rings):
-        inside |= _neighbours_inside(topology, inside) > 0
+        inside[_border(topology, inside, ~inside)] = True
     return np.flatnonzero(inside)
 
 
@@ -30,7 +30,7 @@ def shrunk(topology: Topology, roi: I64, rings: int = 1) -> I64:
     """Return the region without the vertices within `rings` edges of its border; may be empty."""
     outside = ~_mask(topology, roi)
     for _ in range(rings):
-        outside |= _neighbours_inside(topology, outside) > 0
+        outside[_border(topology, outside, ~outside)] = True
     return np.flatnonzero(~outside)
 
 
@@ -60,6 +60,16 @@ def smoothed_border(topology: Topology, roi: I64, rounds: int = 3) -> I64:
     share = weight[near]
     inside[near] = np.where(share == 0.5, inside[near], share > 0.5)
     return np.flatnonzero(inside)
+
+
+def _border(topology: Topology, one: B1, other: B1) -> I64:
+    """Return the vertices of `other` beside those of `one`, one by one or again and again."""
+    if np.count_nonzero(one) < np.count_nonzero(other):
+        there = topology.adjacency[np.flatnonzero(one)].indices
+        return np.asarray(there[other[there]], dtype=np.int64)
+    ids = np.flatnonzero(other)
+    links = topology.adjacency[ids]
+    return np.asarray(np.repeat(ids, np.diff(links.indptr))[one[links.indices]], dtype=np.int64)
 
 
 def _about_border(topology: Topology, inside: B1, rings: int) -> I64:
@@ -146,7 +156,3 @@ def _mask(topology: Topology, roi: I64) -> B1:
     mask = np.zeros(topology.n, dtype=bool)
     mask[roi] = True
     return mask
-
-
-def _neighbours_inside(topology: Topology, inside: B1) -> F64:
-    return np.asarray(topology.adjacency @ inside.astype(np.float64))

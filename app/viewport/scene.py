@@ -21,7 +21,7 @@ from app.viewport.pieces import Pieces
 from app.viewport.plane import PlaneMark
 from app.viewport.standin import StandIn, with_kept
 from app.viewport.surface import Placement, Surface
-from app.viewport.tint import Feather, feathered, tinted
+from app.viewport.tint import Feather, changed, feathered, tinted
 from engine.arrays import F64, I64, frozen
 from engine.mesh import Mesh
 
@@ -120,6 +120,7 @@ class Scene:
 
     def set_region(self, ids: I64 | None) -> None:
         """Tint the region `ids` and draw its rim; None for no region."""
+        before = self._tint
         self._forget_region()
         if self.surface is None or self._mesh is None:
             return
@@ -129,7 +130,10 @@ class Scene:
             self._tint = feathered(ids, self._faces, incidence, self.surface.n)
             self._draw_rim(self._tint)
         shown = self._put_stand_in_away()
-        self._paint()
+        if before is None or self._tint is None or self._map is not None:
+            self._paint()
+        else:
+            self._paint_at(self._tint, changed(before, self._tint))
         self.use_stand_in(shown)
 
     def _forget_region(self) -> None:
@@ -182,9 +186,14 @@ class Scene:
             held, full = tinted(np.array([0.0, 1.0], dtype=np.float32), self.theme)
             for k in range(3):
                 colours[:, k] = np.where(tint.inside, full[k], held[k])
-            self.surface.recolour(tinted(tint.weight[tint.border], self.theme), tint.border)
+            self._paint_at(tint, tint.border)
         if self.stand_in is not None and self.standing_in:
             self.stand_in.recolour()
+
+    def _paint_at(self, tint: Feather, ids: I64) -> None:
+        """Give the vertices `ids` the colours of a region."""
+        assert self.surface is not None
+        self.surface.recolour(tinted(tint.weight[ids], self.theme), ids)
 
     # What lies over the form
 

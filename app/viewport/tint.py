@@ -61,6 +61,14 @@ def feathered(
     return Feather(inside, weight, free, near)
 
 
+def changed(before: Feather, after: Feather) -> I64:
+    """Return the vertices whose weight may be another in another tint of the same form."""
+    other = before.inside != after.inside
+    other[before.border] = True
+    other[after.border] = True
+    return np.flatnonzero(other)
+
+
 def _averaged(inside: B1, free: B1, faces: I64, rounds: int) -> F64:
     """Return the weights (v,) of vertices after some rounds in which the free ones are averaged."""
     weight = inside.astype(np.float64)
