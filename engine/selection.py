@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from engine.arrays import B1, F64, I64
+from engine.arrays import B1, I64
 from engine.mesh import Mesh, Topology
 from engine.view import View
 
