@@ -15,6 +15,7 @@ as its girth loses two fifths of its radius, and folds at the rim.
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Literal
 
 import numpy as np
@@ -60,7 +61,7 @@ def base_shape(region: Region, factor: Callable[[], Factor], rim: Rim = "smooth"
 
     Source: Orbay et al. 2012, Eqs. 9, 10.
     """
-    base = Plate(region).levelled() if rim == "smooth" else paper_base(region, factor())
+    base = levelled_base(region) if rim == "smooth" else paper_base(region, factor())
     moved = np.linalg.norm(base - region.x[: region.m], axis=1)
     if not np.isfinite(base).all() or moved.max() > FARTHEST:
         raise SolveError(
@@ -68,6 +69,15 @@ def base_shape(region: Region, factor: Callable[[], Factor], rim: Rim = "smooth"
             "Choose a smaller region, or clean the mesh there."
         )
     return base
+
+
+def levelled_base(region: Region) -> F64:
+    """Return the solution of (*), (m, 3); the rim's curvature is worked out beside the plate."""
+    with ThreadPoolExecutor(1, thread_name_prefix="engine") as beside:
+        bend = beside.submit(RimBend, region)
+        plate = Plate(region)
+        x = plate.plain()
+        return plate.levelled(x, bend.result())
 
 
 def paper_base(region: Region, factor: Factor) -> F64:
@@ -140,27 +150,27 @@ class Plate:
         """Return the positions (m, 3) with K M^-1 K x = 0: Eq. 9 for the vector delta."""
         return self.fitted(np.zeros_like(self._pull))
 
-    def levelled(self) -> F64:
+    def levelled(self, plain: F64, foretold: RimBend) -> F64:
         """Return the positions (m, 3) of least variation of the mean curvature.
 
         Each part of the region goes on while the rounds calm down, whatever the others do.
+
+        Parameters
+        ----------
+        plain : (m, 3) from `plain`, to start from.
+        foretold : the bend that the rim asks for.
         """
+        if foretold.bend is None:
+            return plain
         region, near = self._region, len(self._pull)
         m = region.m
         x = region.x.copy()
-        x[:m] = plain = self.plain()
-        normals = _Normals(region.faces, len(x))
-        if not normals.outward:
-            return plain
-        areas = region.laplacian.areas[:near]
-        parts, all_parts = connected_components(self._rows[:, :near], directed=False)
-        try:
-            bend = areas * self._curvature(normals.at(region.x)[:near], all_parts)
-        except SolveError:
-            # Weights that are negative beyond all measure: then no curvature can be foretold.
-            return plain
-        calm, part = plain.copy(), all_parts[:m]
-        share = areas[:m] / np.bincount(part, areas[:m], parts)[part]
+        x[:m] = plain
+        normals, bend = foretold.normals, foretold.bend
+        parts, part = foretold.parts, foretold.part[:m]
+        areas = region.laplacian.areas[:m]
+        calm = plain.copy()
+        share = areas / np.bincount(part, areas, parts)[part]
         before, going = np.full(parts, np.inf), np.ones(parts, dtype=bool)
         for _ in range(ROUNDS):
             new = self.fitted(bend[:, None] * normals.at(x)[:near])
@@ -175,38 +185,58 @@ class Plate:
                 break
             x[:m], before = new, step
         x[:m] = calm
-        bent = self._bending(x, all_parts, parts)
-        worse = bent > BENT * self._bending(region.x, all_parts, parts)
+        bent, bent_before = (self._bending(p, foretold) for p in (x, region.x))
+        worse = bent > BENT * bent_before
         away = np.linalg.norm(calm - region.x[:m], axis=1) > FARTHEST
         worse |= np.bincount(part, away, parts) > 0
         return np.where(worse[part][:, None], plain, calm)
 
-    def _bending(self, x: F64, part: I64, parts: int) -> F64:
+    def _bending(self, x: F64, foretold: RimBend) -> F64:
         """Return sum_j M_j |delta_j|^2 of each part, (parts,), over vertices with a closed ring."""
         region, near = self._region, len(self._pull)
         weight = np.where(region.rim_open, 0.0, 1 / region.laplacian.areas[:near])
-        return np.bincount(part, weight * ((self._rows @ x) ** 2).sum(axis=1), parts).astype(
-            np.float64
-        )
+        bent = weight * ((self._rows @ x) ** 2).sum(axis=1)
+        return np.bincount(foretold.part, bent, foretold.parts).astype(np.float64)
 
-    def _curvature(self, normals: F64, part: I64) -> F64:
+
+class RimBend:
+    """The bend that the rim asks for all over a region, M h.
+
+    Attributes
+    ----------
+    bend : (near,) M h over roi and rim; None where no curvature can be foretold, since faces are
+        wound both ways or weights are negative beyond all measure.
+    normals : of any positions of the patch.
+    parts, part : number of connected parts, and (near,) which one each vertex belongs to.
+    """
+
+    def __init__(self, region: Region) -> None:
+        near = region.m + len(region.rim)
+        rows = sp.csr_array(region.laplacian.stiffness[:near])
+        self.normals = _Normals(region.faces, len(region.x))
+        self.parts, self.part = connected_components(rows[:, :near], directed=False)
+        self.bend: F64 | None = None
+        if self.normals.outward:
+            try:
+                h = self._curvature(region, rows)
+            except SolveError:
+                return
+            self.bend = region.laplacian.areas[:near] * h
+
+    def _curvature(self, region: Region, rows: sp.csr_array) -> F64:
         """Return h (near,): that of the rim, evened out, carried into the region with K h = 0.
 
         (W + t K) h = W h_rim with W the areas of the rim's vertices and 0 elsewhere.
-
-        Parameters
-        ----------
-        normals : (near, 3) of the original.
-        part : (near,) which connected part each vertex belongs to.
         """
-        region, near = self._region, len(self._pull)
+        near, part = len(self.part), self.part
         areas = region.laplacian.areas[:near]
         rim = ~region.rim_open & (np.arange(near) >= region.m)
         own = np.where(rim, areas, 0.0)
-        k = sp.csr_array(self._rows[:, :near])
+        k = sp.csr_array(rows[:, :near])
         k = k - sp.diags_array(np.asarray(k.sum(axis=1)))
         spread = EVENNESS * np.bincount(part, own)[part]
-        bend = np.where(rim, ((self._rows @ region.x) * normals).sum(axis=1), 0.0)
+        normals = self.normals.at(region.x)[:near]
+        bend = np.where(rim, ((rows @ region.x) * normals).sum(axis=1), 0.0)
         # A trace of M: a part of the region whose rim is all open border has no h, and gets 0.
         mass = sp.diags_array(own + 1e-9 * areas)
         h = factorise(sp.csr_array(mass + sp.diags_array(spread) @ k)).solve(bend)
