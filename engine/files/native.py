@@ -16,6 +16,9 @@ from engine.files.markup import read_markup
 from engine.files.report import Change, counted
 from engine.files.soup import Soup
 
+has_read = False
+"""Whether this process has had pymeshlab read a stranger's file."""
+
 _SUFFIX = {"glTF": ".gltf", "DAE": ".dae", "3DS": ".3ds", "X3D": ".x3d", "PLY": ".ply"}
 
 
@@ -63,6 +66,7 @@ def _loaded(
     """
     import pymeshlab
 
+    global has_read
     home = Path.cwd()
     with tempfile.TemporaryDirectory(prefix="eigenform-") as folder:
         try:
@@ -71,6 +75,7 @@ def _loaded(
             for companion in companions:
                 _bring(path, companion, name)
             meshes = pymeshlab.MeshSet(verbose=False)
+            has_read = True
             meshes.load_new_mesh("model" + suffix)
             if len(meshes) > 1:
                 meshes.generate_by_merging_visible_meshes(

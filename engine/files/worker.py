@@ -27,11 +27,15 @@ def main() -> None:
             return
         send(outgoing, {"begun": True})
         limits.die_after(4 * float(job["seconds"]) + 10.0)
-        _serve(job, arrays, outgoing)
+        fit = _serve(job, arrays, outgoing)
         limits.die_after(0.0)
+        if not fit:
+            os._exit(0)
 
 
-def _serve(job: dict[str, Any], arrays: Arrays, outgoing: BinaryIO) -> None:
+def _serve(job: dict[str, Any], arrays: Arrays, outgoing: BinaryIO) -> bool:
+    """Do a job and answer; return whether the process is fit for another one."""
+    from engine.files import native
     from engine.files.exporting import export_mesh
     from engine.files.importing import import_file
     from engine.files.remeshing import remesh_part
@@ -40,21 +44,27 @@ def _serve(job: dict[str, Any], arrays: Arrays, outgoing: BinaryIO) -> None:
         send(outgoing, {"fraction": fraction, "text": text})
 
     jobs = {"import": import_file, "export": export_mesh, "remesh": remesh_part}
+    answer: dict[str, Any]
+    found: Arrays = {}
+    # What native code had allocated stays taken, and what a damaged file did to its memory would
+    # show in the next one.
+    fit = True
     try:
         answer, found = jobs[job["job"]](job, arrays, tick)
     except EngineError as error:
-        send(outgoing, {"error": str(error), "kind": type(error).__name__})
-        return
+        answer = {"error": str(error), "kind": type(error).__name__}
     except MemoryError:
-        send(outgoing, {"error": _too_large(job["name"]), "kind": "FileError", "ends": True})
-        # What native code had allocated is gone for good after this: start afresh.
-        os._exit(0)
+        answer = {"error": _too_large(job["name"]), "kind": "FileError"}
+        fit = False
     except Exception as error:  # noqa: BLE001
         # A flaw of our own must cost a sentence too, and not the warm process.
         traceback.print_exc()
-        send(outgoing, {"error": _unexpected(job, error), "kind": "FileError"})
-        return
+        answer = {"error": _unexpected(job, error), "kind": "FileError"}
+    fit = fit and not native.has_read
+    if not fit:
+        answer["ends"] = True
     send(outgoing, answer, found)
+    return fit
 
 
 def _unexpected(job: dict[str, Any], error: Exception) -> str:
