@@ -9,12 +9,11 @@ multiply to loads that are nearly constant, which L^-1 makes into swells: featur
 from __future__ import annotations
 
 import numpy as np
-import scipy.sparse as sp
 
-from engine.arrays import F64
+from engine.arrays import F64, I64
 from engine.base import Plate
 from engine.detail import Decomposition
-from engine.rectify import ring_products, ring_rotations, turned
+from engine.rectify import turned
 
 # What is longer than so many times the features' slope times their length is turned as it stands.
 REACH = 2.0
@@ -42,19 +41,15 @@ class Details:
     ----------
     parts : the region taken apart.
     k : number of modes that belong to the surface.
-    positions : (p, 3) the patch with the surface at rest, in the region's frame.
-    stiffness : (p, p) its K, for the rings and their weights.
 
     Attributes
     ----------
-    rings : ring products of the region's vertices at least (see `ring_products`).
+    rows : (r,) which vertices of the patch it needs the rotations of, the region's first.
 
     Source: Orbay et al. 2012, Eqs. 18 to 20.
     """
 
-    def __init__(
-        self, parts: Decomposition, k: int, positions: F64, stiffness: sp.csr_array
-    ) -> None:
+    def __init__(self, parts: Decomposition, k: int) -> None:
         self._parts = parts
         self._none = k >= parts.m
         self._high = parts.high(k)
@@ -67,7 +62,7 @@ class Details:
             self._bend: F64 = K[:count, : region.m] @ self._offset
             if not self._none:
                 self._plate = Plate(region, stay=self._stay())
-        self.rings = ring_products(positions, stiffness, np.arange(count))
+        self.rows: I64 = np.arange(count)
 
     def _stay(self) -> float:
         """Return s, 1 over the fourth power of the length / 2 pi that divides; 0 without features.
@@ -83,17 +78,16 @@ class Details:
         reach = float(np.clip(REACH * np.sqrt(steep), LEAST_REACH, MOST_REACH))
         return (wave / reach**2) ** 2
 
-    def turning(self, deformed: F64) -> F64:
+    def turning(self, R: F64) -> F64:
         """Return what turning the details adds to the region's vertices, v (m, 3), mesh units.
 
         Parameters
         ----------
-        deformed : (p, 3) the patch with the surface deformed, in the region's frame.
+        R : (r, 3, 3) how the surface turned at `rows` (see `ring_rotations`).
         """
         parts = self._parts
         if self._none:
             return np.zeros_like(self._offset)
-        R = ring_rotations(self.rings, deformed)
         if self._plate is None:
             high = self._high
             return parts.reconstruct(np.zeros_like(high), turned(R, high) - high)

@@ -19,6 +19,7 @@ from engine.details import Details
 from engine.errors import RegionError
 from engine.mesh import Mesh
 from engine.operators import laplacian
+from engine.rectify import ring_products, ring_rotations
 from engine.run import Run
 
 # About a third of the region across: what a person would call its form, unless told otherwise.
@@ -44,7 +45,10 @@ class Side:
         self.form = self.parts.surface(k)
         rest = region.x.copy()
         rest[: region.m] = (self.form - region.centre) / region.scale
-        self._details = Details(self.parts, k, rest, laplacian(rest, region.faces).stiffness)
+        self._details = Details(self.parts, k)
+        self._rings = ring_products(
+            rest, laplacian(rest, region.faces).stiffness, self._details.rows
+        )
 
     def detail(self, patch: F64) -> F64:
         """Return the offsets (m, 3) of this shape's detail on the form at `patch` (p, 3).
@@ -53,7 +57,11 @@ class Side:
         """
         region = self.parts.region
         deformed = (patch - region.centre) / region.scale
-        return self.parts.original - self.form + self._details.turning(deformed)
+        return (
+            self.parts.original
+            - self.form
+            + self._details.turning(ring_rotations(self._rings, deformed))
+        )
 
 
 class Morph:

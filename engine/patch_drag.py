@@ -16,6 +16,7 @@ from engine.details import Details
 from engine.errors import RegionError, SketchError, SolveError
 from engine.lse import Lse, lse_rows
 from engine.mesh import Mesh
+from engine.rectify import ring_products, ring_rotations
 from engine.run import Memo, Run
 
 Method = Literal["smooth", "rigid"]
@@ -84,7 +85,8 @@ class PatchDrag:
         of = lse.rows[self._borders]
         bend = sp.csr_array(lse.stiffness[of]) @ lse.positions
         self._bend: F64 = bend / np.sqrt(lse.give[of])[:, None]
-        self._details = Details(parts, self._k, lse.positions, lse.stiffness)
+        self._details = Details(parts, self._k)
+        self._rings = ring_products(lse.positions, lse.stiffness, self._details.rows)
         self._polish: Polish | None = None
 
     def moved(self, motions: Sequence[Motion], method: Method, run: Run | None = None) -> F64:
@@ -142,7 +144,7 @@ class PatchDrag:
 
     def _relaxed(self, d: F64, around: Surroundings, run: Run) -> F64:
         if self._polish is None:
-            self._polish = Polish(self._lse, self._details.rings, np.zeros(0, dtype=np.int64))
+            self._polish = Polish(self._lse, self._rings, np.zeros(0, dtype=np.int64))
         return self._polish.relax(d, _ROUNDS, run, around)
 
     def _detailed(self, d: F64, around: F64) -> F64:
@@ -152,7 +154,8 @@ class PatchDrag:
         deformed = lse.positions.copy()
         deformed[: lse.m] += d
         deformed[lse.m :] += around
-        return np.asarray(shifted + self._details.turning(deformed))
+        R = ring_rotations(self._rings, deformed)
+        return np.asarray(shifted + self._details.turning(R))
 
     def _guard(self, d: F64, around: F64) -> None:
         farthest = float(np.linalg.norm(d, axis=1).max(initial=0.0))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +19,7 @@ from engine.handles import Handles, Rows
 from engine.lse import Lse
 from engine.mesh import Mesh
 from engine.mirror import Twins, mirrored_region
+from engine.rectify import ring_products, ring_rotations
 from engine.result import EditResult
 from engine.run import Memo, Run
 from engine.sight import depth_rows, seen, sight_rows
@@ -84,7 +86,7 @@ def _prepared(
     polish = None
     if options.polish and len(moving):
         polish = surface.polish.get(
-            moving.tobytes(), lambda: Polish(surface.lse, surface.details.rings, moving)
+            moving.tobytes(), lambda: Polish(surface.lse, surface.rings, moving)
         )
     return PreparedEdit(mesh, surface, handles, polish, twins, options)
 
@@ -153,8 +155,11 @@ class LevelSurface:
         self.k = k
         region = decomposition.region
         self.rest: F64 = decomposition.surface(k)
-        self.lse = Lse(region, (self.rest - region.centre) / region.scale)
-        self.details = Details(decomposition, k, self.lse.positions, self.lse.stiffness)
+        with ThreadPoolExecutor(1, thread_name_prefix="engine") as beside:
+            details = beside.submit(Details, decomposition, k)
+            self.lse = Lse(region, (self.rest - region.centre) / region.scale)
+            self.details = details.result()
+        self.rings = ring_products(self.lse.positions, self.lse.stiffness, self.details.rows)
         self.handles = Memo(1)
         self.polish = Memo(1)
 
@@ -284,7 +289,8 @@ class PreparedEdit:
             return shifted
         x = self._surface.lse.positions.copy()
         x[: len(moved)] += moved
-        return shifted + self._surface.details.turning(x)
+        R = ring_rotations(self._surface.rings, x)
+        return shifted + self._surface.details.turning(R)
 
     def _guard(self, moved: F64, rows: Rows) -> None:
         """Refuse a surface that runs further than what was drawn explains.
