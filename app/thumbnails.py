@@ -22,11 +22,15 @@ class Thumbnails(QObject):
         self._stage = stage
         self._viewport = viewport
         self._steps = steps
+        # Not QTimer.singleShot: it keeps what it has called, and with it the whole window.
+        self._soon = QTimer(self)
+        self._soon.setSingleShot(True)
+        self._soon.timeout.connect(self._take)
         stage.settled.connect(self._take_soon)
 
     def _take_soon(self) -> None:
         if self._steps.wants_picture():
-            QTimer.singleShot(0, self, self._take)
+            self._soon.start()
 
     def _take(self) -> None:
         """Keep a thumbnail of what is seen for the step that was just made."""
