@@ -16,8 +16,11 @@ from engine.view import View
 
 # Shorter than this share of its length in space, a curve is seen end-on.
 _END_ON = 0.02
-# The zigzag of a path along mesh edges has shorter waves than this many anchors.
+# The zigzag of a path along mesh edges has shorter waves than this many anchors. Of a curve with few
+# of them a share counts as zigzag: more would take its own bend away, and make a ring smaller.
 _ZIGZAG_ANCHORS = 12.0
+_ZIGZAG_SHARE = 0.25
+_ZIGZAG_LEAST = 3.0
 # Tremor is smoothed over one and a half steps between anchors, but within these limits.
 _TREMOR_STEPS = 1.5
 _TREMOR_PX = (1.5, 12.0)
@@ -136,7 +139,8 @@ def source_curve(points: F64, closed: bool = False) -> F64:
     -------
     (c, 3), one point for each anchor; the ends of an open chain stay.
     """
-    cut = 2 * np.sin(np.pi / _ZIGZAG_ANCHORS)
+    waves = np.clip(_ZIGZAG_SHARE * len(points), _ZIGZAG_LEAST, _ZIGZAG_ANCHORS)
+    cut = 2 * np.sin(np.pi / waves)
     return smoothed(points, cut**-4, closed)
 
 

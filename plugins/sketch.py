@@ -307,6 +307,11 @@ def _on_surface(context: Context, path: F64, roi: I64, closed: bool) -> I64:
             "until the form fills its place."
         )
     if len(_inside(faces, context.shown.faces, roi)) == 0:
+        if not np.isin(context.shown.faces, roi, kind="table").all(axis=1).any():
+            raise EngineError(
+                f"The region is only {len(roi)} vertices, too few for a curve. Grow it with "
+                "{region.grow}, or circle a larger part."
+            )
         raise EngineError("The curve is not on the region. Draw it on the coloured part.")
     return trace_anchors(context.shown, faces, path, context.view, roi, closed).anchors
 

@@ -15,6 +15,7 @@ from engine.arrays import B1, F64, I64
 
 TINT = 0.46  # how much of the region's violet lies over the clay
 FEATHER = 5  # rings of vertices over which the tint fades out
+SHOWN = 0.85  # share of a region that must look like it
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +42,16 @@ def feathered(
     """Return the tint of the region `ids`, which fades out over some rings around its border.
 
     Each round averages over the faces around a vertex. Only how the border looks, never what the
-    region is.
+    region is: where so many rounds would hide a part of it, as of a dozen vertices, it is fewer.
     """
+    tint = _feathered(ids, faces, incidence, n, rounds)
+    while rounds and len(ids) and float((tint.weight[ids] > 0.5).mean()) < SHOWN:
+        rounds //= 2
+        tint = _feathered(ids, faces, incidence, n, rounds)
+    return tint
+
+
+def _feathered(ids: I64, faces: I64, incidence: sp.csr_array, n: int, rounds: int) -> Feather:
     inside = np.zeros(n, dtype=bool)
     inside[ids] = True
     few = ids if 2 * len(ids) <= n else np.flatnonzero(~inside)
