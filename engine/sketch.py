@@ -20,7 +20,7 @@ _END_ON = 0.02
 # of them a share counts as zigzag: more would take its own bend away, and make a ring smaller.
 _ZIGZAG_ANCHORS = 12.0
 _ZIGZAG_SHARE = 0.25
-_ZIGZAG_LEAST = 3.0
+_ZIGZAG_LEAST = 2.0
 # Tremor is smoothed over one and a half steps between anchors, but within these limits.
 _TREMOR_STEPS = 1.5
 _TREMOR_PX = (1.5, 12.0)
