@@ -147,23 +147,33 @@ def _no_leaked_thread() -> Iterator[None]:
         pytest.fail(f"threads still running: {names}", pytrace=False)
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _what_was_there_before() -> None:
+    """Spare the collector what a file's tests find: the modules alone are 350,000 objects.
+
+    To go through them after every test took longer than most tests do.
+    """
+    gc.collect()
+    gc.freeze()
+
+
 @pytest.fixture(autouse=True)
 def _no_leaked_render_window(request: pytest.FixtureRequest) -> Iterator[None]:
     """Fail when a VTK render window outlives a test that used Qt (30 MB each)."""
     if "qtbot" not in request.fixturenames:
         yield
         return
-    # What was there before is set aside, so that the collector looks at what the test made alone:
-    # the modules hold 350,000 objects, and to go through them took longer than most tests.
-    gc.freeze()
+    # The test before held its window until its very end: what is left of that one goes now, or Qt
+    # may make something else in its place that Python then takes for what was there.
+    gc.collect()
+    before = {id(one) for one in _render_windows()}
     yield
     from PySide6.QtCore import QCoreApplication, QEvent
 
     # Without this deleteLater never runs, because no event loop is left.
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
     gc.collect()
-    left = [type(one).__name__ for one in _render_windows()]
-    gc.unfreeze()
+    left = [type(one).__name__ for one in _render_windows() if id(one) not in before]
     if left:
         pytest.fail(f"render windows outlive the test: {', '.join(left)}", pytrace=False)
 

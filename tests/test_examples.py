@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import ast
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +14,7 @@ from plugins.dropin import switch
 from plugins.registry import find_steps, find_tools
 from resources import EXAMPLES
 from tests.plugins.test_sketch_tools import FlatContext, do, line, plate
-
-ROOT = Path(__file__).resolve().parents[1]
+from tests.program import run_python
 
 
 @pytest.fixture
@@ -61,11 +57,7 @@ def test_the_plugin_is_a_whole_tool(dropped_in: None) -> None:
 def test_the_script_reshapes_the_vase_and_makes_a_picture(tmp_path: Path) -> None:
     picture = tmp_path / "vase.png"
     script = EXAMPLES / "script_ten_lines.py"
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    done = subprocess.run(
-        [sys.executable, "-W", "error", str(script), str(picture)],
-        env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=60,
-    )  # fmt: skip
+    done = run_python("-W", "error", str(script), str(picture), cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     both = np.asarray(Image.open(picture).convert("L"), dtype=float)
     before, after = both[:, :900], both[:, 900:]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -20,12 +19,6 @@ from tests.app.viewport_stage import Stage, torus
 # As the program does it: before the application is made.
 QApplication.setAttribute(Qt.ApplicationAttribute.AA_CompressHighFrequencyEvents, False)
 QApplication.setAttribute(Qt.ApplicationAttribute.AA_CompressTabletEvents, False)
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _nothing_of_another_file() -> None:
-    """Collect what a file's tests shared: the tests set aside what was there before them."""
-    gc.collect()
 
 
 @pytest.fixture(autouse=True)

@@ -7,6 +7,8 @@ import json
 import os
 import signal
 import time
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -109,17 +111,37 @@ def files(tmp_path: Path) -> tuple[Path, Path]:
     return recipe, tmp_path / "plate.ply"
 
 
+@dataclass(frozen=True)
+class Ran:
+    """How a command ended, and what it said."""
+
+    code: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def run(files: tuple[Path, Path], capsys: pytest.CaptureFixture[str]) -> Callable[..., Ran]:
+    """Run a command of the program on the recipe."""
+
+    def command(name: str, *given: object) -> Ran:
+        capsys.readouterr()
+        code = main([name, str(files[0]), *map(str, given)])
+        return Ran(code, *capsys.readouterr())
+
+    return command
+
+
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_a_sweep_survives_a_killed_worker_and_resumes(
-    files: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    run: Callable[..., Ran], files: tuple[Path, Path], tmp_path: Path
 ) -> None:
     from distributed import Client, LocalCluster
 
     recipe, mesh_file = files
     out = tmp_path / "out"
-    command = ["sweep", str(recipe), str(mesh_file), "--vary", "2.distance=0:6:4"]
-    command += ["--vary", "amount=0:1:3", "--out", str(out)]
+    asked = [mesh_file, "--vary", "2.distance=0:6:4", "--vary", "amount=0:1:3", "--out", out]
     import dask
 
     with (
@@ -133,7 +155,7 @@ def test_a_sweep_survives_a_killed_worker_and_resumes(
         # The scheduler is told to start with a worker that dies while it holds work.
         victim = next(iter(pids.values()))
         here.submit(_kill_later, victim, pure=False)
-        assert main([*command, "--scheduler", cluster.scheduler_address]) == 0
+        assert run("sweep", *asked, "--scheduler", cluster.scheduler_address).code == 0
     rows = list(csv.DictReader((out / "table.csv").open(encoding="utf-8")))
     assert len(rows) == 12
     assert all(row["ok"] == "True" for row in rows)
@@ -150,9 +172,9 @@ def test_a_sweep_survives_a_killed_worker_and_resumes(
     lost = out / rows[1]["file"]
     stamp = first.stat().st_mtime_ns
     lost.unlink()
-    capsys.readouterr()
-    assert main([*command, "--no-sheet", "--workers", "1"]) == 0
-    assert "1 of 12" not in capsys.readouterr().out
+    again = run("sweep", *asked, "--no-sheet", "--workers", 1)
+    assert again.code == 0
+    assert "1 of 12" not in again.out
     assert first.stat().st_mtime_ns == stamp
     assert lost.is_file()
 
@@ -165,18 +187,16 @@ def _kill_later(pid: int) -> None:
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_a_batch_goes_on_after_a_failure_and_says_so(
-    files: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    run: Callable[..., Ran], files: tuple[Path, Path], tmp_path: Path
 ) -> None:
-    recipe, mesh_file = files
     small = tmp_path / "small.ply"
     save(plate(5), small)
     broken = tmp_path / "broken.ply"
     broken.write_bytes(b"ply\n")
     out = tmp_path / "family"
-    command = ["batch", str(recipe), str(mesh_file), str(small), str(broken), "--out", str(out)]
-    code = main([*command, "--force", "--workers", "2", "--no-sheet"])
-    assert code == 1
-    said = capsys.readouterr()
+    meshes = (files[1], small, broken)
+    said = run("batch", *meshes, "--out", out, "--force", "--workers", 2, "--no-sheet")
+    assert said.code == 1
     assert "1 of 3 done" in said.out
     assert "small:" in said.err
     assert "broken" in said.err
@@ -189,18 +209,18 @@ def test_a_batch_goes_on_after_a_failure_and_says_so(
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_a_batch_carries_the_recipe_to_other_triangles(
-    files: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    run: Callable[..., Ran], files: tuple[Path, Path], tmp_path: Path
 ) -> None:
     recipe, mesh_file = files
     sibling = plate(31)
     save(sibling, tmp_path / "sibling.ply")
     out = tmp_path / "carried"
-    command = ["batch", str(recipe), str(tmp_path / "sibling.ply"), "--out", str(out)]
-    assert main([*command, "--no-sheet", "--workers", "1"]) == 1, "it was made on another mesh"
-    assert main([*command, "--transfer"]) == 2
-    assert "--from-mesh" in capsys.readouterr().err
-    command += ["--transfer", "--from-mesh", str(mesh_file), "--no-sheet", "--workers", "1"]
-    assert main(command) == 0
+    asked = [tmp_path / "sibling.ply", "--out", out, "--workers", 1]
+    assert run("batch", *asked, "--no-sheet").code == 1, "it was made on another mesh"
+    refused = run("batch", *asked, "--transfer")
+    assert refused.code == 2
+    assert "--from-mesh" in refused.err
+    assert run("batch", *asked, "--no-sheet", "--transfer", "--from-mesh", mesh_file).code == 0
     made = load(mesh_file)
     wanted = replay(Recipe.from_json(recipe.read_text(encoding="utf-8"), kinds()), made)
     lifted = load(out / "sibling.ply").vertices

@@ -21,6 +21,7 @@ from engine import Cancelled, FileError, Mesh, open_file, save
 from engine.files.process import worker
 from engine.io import EXPORT_SUFFIXES, start_worker, sweep_strays
 from tests.engine.test_io_open import cancelled_at
+from tests.program import run_python
 from tests.soak.export_kills import run as kill_often
 from tests.soak.export_kills import sheet
 from tests.soak.plain_readers import read_plainly
@@ -76,14 +77,8 @@ def test_meshlab_reads_the_3mf(tmp_path: Path) -> None:
         "import pymeshlab as p; s = p.MeshSet(); s.load_new_mesh('a.3mf'); m = s.current_mesh();"
         "print(m.vertex_number(), m.face_number(), *m.bounding_box().max())"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=True,
-    )
+    done = run_python("-c", code, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
     n, f, *corner = done.stdout.split()[-5:]
     assert (int(n), int(f)) == (mesh.n, len(mesh.faces))
     assert np.allclose([float(c) for c in corner], mesh.bounds[1], atol=1e-4)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 import os
 import signal
-import subprocess
 import sys
 import textwrap
 import threading
@@ -25,9 +24,8 @@ from engine.io import start_worker
 from tests import comma_locale
 from tests.engine.test_io_open import tetrahedron, write
 from tests.engine.test_io_shared import assert_says_it
+from tests.program import run_python
 from tests.soak.export_kills import MORTAL, sheet
-
-ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_the_worker_is_held_to_its_memory(tmp_path: Path) -> None:
@@ -106,6 +104,25 @@ def test_a_worker_killed_between_files_is_replaced(tmp_path: Path) -> None:
     assert open_file(path).mesh.n == 4
 
 
+def test_native_code_reads_one_strangers_file_in_a_process(tmp_path: Path) -> None:
+    """What a damaged one does to its memory must not show in the next file."""
+    plain, native = tmp_path / "plain.ply", tmp_path / "native.glb"
+    for path in (plain, native):
+        save(sheet(0), path)
+    open_file(plain)
+    before = worker.pid
+    found = open_file(native)
+    assert found.mesh.n == sheet(0).n
+    assert worker.pid != before
+    damaged = native.read_bytes().replace(b"VEC3", b"VEC9")
+    native.write_bytes(damaged)
+    before = worker.pid
+    with pytest.raises(FileError):
+        open_file(native)
+    open_file(plain)
+    assert worker.pid == before, "it was refused before native code saw it"
+
+
 def test_two_threads_take_turns(tmp_path: Path) -> None:
     found: dict[int, int] = {}
 
@@ -137,15 +154,7 @@ def test_a_warm_worker_opens_a_file_at_once(tmp_path: Path) -> None:
 def test_a_script_without_a_main_guard_can_open_files(tmp_path: Path) -> None:
     write(tmp_path, "a.obj", tetrahedron())
     script = write(tmp_path, "script.py", "import engine\nprint(engine.load('a.obj').n)\n")
-    done = subprocess.run(
-        [sys.executable, str(script)],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    done = run_python(str(script), cwd=tmp_path)
     assert (done.stdout.strip(), done.stderr.strip()) == ("4", "")
 
 
@@ -155,15 +164,7 @@ def test_the_worker_ends_when_its_program_is_killed(tmp_path: Path) -> None:
         "import engine, os, signal; from engine.files.process import worker\n"
         "engine.load('a.obj'); print(worker.pid, flush=True); os.kill(os.getpid(), signal.SIGKILL)"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    done = run_python("-c", code, cwd=tmp_path)
     pid = int(done.stdout)
     limit = time.monotonic() + 10
     while psutil.pid_exists(pid) and time.monotonic() < limit:
@@ -245,13 +246,5 @@ def test_a_comma_desktop_destroys_no_number(tmp_path: Path) -> None:
     if not comma:
         pytest.skip("the locale de_DE.UTF-8 cannot be made here")
     write(tmp_path, "a.obj", tetrahedron(0.348))
-    done = subprocess.run(
-        [sys.executable, "-c", COMMA_SCRIPT, "a.obj"],
-        cwd=tmp_path,
-        env={**os.environ, **comma, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    done = run_python("-c", COMMA_SCRIPT, "a.obj", cwd=tmp_path, **comma)
     assert done.stdout.strip() == "right", done.stderr

@@ -46,6 +46,18 @@ def region(stage: Stage) -> None:
     stage.close_menus()
 
 
+def pull_flank(stage: Stage, by: float) -> None:
+    """Draw a rib of the tank, and its target from above, `by` px farther out."""
+    stage.stroke(stage.shares(RIBS, closed=True))
+    stage.rest()
+    stage.stroke(stage.shares(RIB))
+    stage.rest()
+    stage.press(Qt.Key.Key_7)
+    stage.rest()
+    stage.stroke(stage.bulged(0, by))
+    stage.rest()
+
+
 def symmetric(stage: Stage) -> None:
     """One flank of the tank is drawn on; the other follows."""
     stage.open("tank")
@@ -53,14 +65,7 @@ def symmetric(stage: Stage) -> None:
     stage.until(lambda: stage.window.session.document.draft.options.mirror)
     stage.rest()
     stage.keep_canvas("region-plane")
-    stage.stroke(stage.shares(RIBS, closed=True))
-    stage.rest()
-    stage.stroke(stage.shares(RIB))
-    stage.rest()
-    stage.press(Qt.Key.Key_7)
-    stage.rest()
-    stage.stroke(stage.bulged(0, 40))
-    stage.rest()
+    pull_flank(stage, 40)
     stage.turn(0, -70)
     stage.rest()
     stage.keep("region-symmetric")

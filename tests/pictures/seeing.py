@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtTest import QTest
 
-from tests.pictures.region import RIB, RIBS
+from tests.pictures.region import pull_flank
 from tests.pictures.studio import Stage
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier
@@ -14,14 +14,7 @@ SHIFT = Qt.KeyboardModifier.ShiftModifier
 def edited_tank(stage: Stage) -> None:
     """Open the tank and pull one flank out."""
     stage.open("tank")
-    stage.stroke(stage.shares(RIBS, closed=True))
-    stage.rest()
-    stage.stroke(stage.shares(RIB))
-    stage.rest()
-    stage.press(Qt.Key.Key_7)
-    stage.rest()
-    stage.stroke(stage.bulged(0, 30))
-    stage.rest()
+    pull_flank(stage, 30)
     steps = len(stage.window.session.document.recipe.steps)
     stage.press(Qt.Key.Key_Return)
     stage.until(lambda: len(stage.window.session.document.recipe.steps) > steps)

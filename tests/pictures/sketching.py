@@ -42,13 +42,18 @@ def pen(stage: Stage) -> None:
     stage.rest()
 
 
+def vase_from_the_front(stage: Stage) -> None:
+    """Open the vase and look at it straight."""
+    stage.open("vase")
+    stage.press(Qt.Key.Key_1)
+    stage.rest()
+
+
 def several(stage: Stage) -> None:
     """The vase with a pin and two curves, drawn from two sides."""
     window = stage.window
     view = window.viewport
-    stage.open("vase")
-    stage.press(Qt.Key.Key_1)
-    stage.rest()
+    vase_from_the_front(stage)
     stage.stroke(circle(view, 0.0, 0.02, 0.2))
     stage.rest()
     stage.click(window.level._head)
@@ -57,10 +62,9 @@ def several(stage: Stage) -> None:
     stage.stroke(bow(view, (0.0, 0.02), (0.001, 0.02), n=2))
     stage.rest()
     stage.press(Qt.Key.Key_S)
-    stage.stroke(bow(view, (-0.11, -0.06), (-0.11, 0.1)))
-    stage.rest()
-    stage.stroke(bow(view, (-0.11, -0.06), (-0.11, 0.1), sag=0.5))
-    stage.rest()
+    for sag in (0.0, 0.5):
+        stage.stroke(bow(view, (-0.11, -0.06), (-0.11, 0.1), sag=sag))
+        stage.rest()
     stage.press(Qt.Key.Key_S)
     stage.stroke(bow(view, (0.11, -0.06), (0.11, 0.1)))
     stage.rest()
@@ -121,9 +125,7 @@ def trace(stage: Stage) -> None:
     """A sketch lies over the vase to be traced."""
     window = stage.window
     view = window.viewport
-    stage.open("vase")
-    stage.press(Qt.Key.Key_1)
-    stage.rest()
+    vase_from_the_front(stage)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "sketch.png"
         drawing(stage, 0.28).save(str(path))
@@ -144,9 +146,7 @@ def outline(stage: Stage) -> None:
     """A lasso is dragged into shape before it is taken; a source snaps to the outline."""
     window = stage.window
     view = window.viewport
-    stage.open("vase")
-    stage.press(Qt.Key.Key_1)
-    stage.rest()
+    vase_from_the_front(stage)
     stage.click(stage.option("through"))
     stage.click(stage.option("adjust"))
     lasso = circle(view, 0.1, 0.03, 0.17)
