@@ -100,7 +100,7 @@ def dihedral_angles(mesh: Mesh, near: B1 | None = None) -> F64:
     -------
     One angle for each edge with exactly two faces; 0 is flat.
     """
-    first, second = _face_pairs(mesh)
+    first, second = face_pairs(mesh)
     if near is not None:
         kept = near[first] | near[second]
         first, second = first[kept], second[kept]
@@ -174,7 +174,7 @@ def _lengths(vertices: F64, edges: I64) -> F64:
     return np.asarray(np.linalg.norm(vertices[edges[:, 1]] - vertices[edges[:, 0]], axis=1))
 
 
-def _face_pairs(mesh: Mesh) -> tuple[I64, I64]:
+def face_pairs(mesh: Mesh) -> tuple[I64, I64]:
     """Return the two faces of every edge that has exactly two, (e,) and (e,)."""
     corners = mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     key = corners.min(axis=1) * np.int64(mesh.n) + corners.max(axis=1)

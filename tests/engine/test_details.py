@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.rim import pulled, regions
+from bench.rim import added_folds, pulled, regions
 from engine import EditOptions, Mesh, SketchEdit, decompose
 from engine.arrays import B1, F64, I64
 from engine.detail import Decomposition
@@ -124,3 +124,14 @@ def test_a_region_without_details_has_nothing_to_turn() -> None:
     rolled = flat.copy()
     rolled[:, 2] += 0.2 * np.sin(4 * flat[:, 0])
     assert np.abs(details.turning(ring_rotations(rings, rolled))).max() < 1e-9
+
+
+def test_what_is_added_at_the_rim_tells_a_crease_from_a_bend() -> None:
+    mesh = plate(41)
+    away = np.linalg.norm(mesh.vertices[:, :2] - 0.5, axis=1)
+    roi = np.flatnonzero(away < 0.35)
+    rise = np.maximum(0.37 - away, 0.0)[:, None] * [0, 0, 1.0]
+    crease = added_folds(mesh, mesh.vertices + rise, roi)
+    bend = added_folds(mesh, mesh.vertices + 8 * rise**3, roi)
+    assert crease[0] > 2 * crease[1:].max()
+    assert bend[0] < 0.6 * bend[1:].max()
