@@ -284,7 +284,7 @@ class Stage(QObject):
 def _levelled(values: F64, closed: bool) -> F64:
     """Return values (c, p) along a curve without what changes from one point to the next."""
     # Of a short curve a share: more would take its own way in depth off it.
-    reach = min(6, max(1, len(values) // 8), (len(values) - 1) // 2)
+    reach = min(6, len(values) // 10)
     if reach < 1:
         return values
     weights = np.hanning(2 * reach + 3)[1:-1]
