@@ -39,6 +39,10 @@ class Plate(QFrame):
         super().__init__(over)
         self._over = over
         self._form = form
+        # Not QTimer.singleShot: it keeps what it has called, and with it the whole window.
+        self._soon = QTimer(self)
+        self._soon.setSingleShot(True)
+        self._soon.timeout.connect(self._place)
         # A pen on the plate does not draw on the form below it.
         self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
         self.setObjectName("plate")
@@ -96,7 +100,7 @@ class Plate(QFrame):
         self.show()
         self._place()
         # The view may still be on its way to what was opened.
-        QTimer.singleShot(0, self, self._place)
+        self._soon.start()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Stay in place when the viewport changes its size."""
