@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -48,8 +47,9 @@ def export_mesh(job: dict[str, Any], arrays: Arrays, tick: Tick) -> tuple[dict[s
     except OSError as error:
         raise FileError(sentence(name, error)) from error
     finally:
-        # A folder that is somebody's current one cannot be removed or unmounted.
-        os.chdir(tempfile.gettempdir())
+        # A folder that is somebody's current one cannot be removed or unmounted. To ask for the
+        # folder of temporary files would write one, which a full disk refuses.
+        os.chdir(Path(__file__).parent)
 
 
 def write_as(suffix: str, name: str, v: F64, f: I64, told: str) -> None:
