@@ -7,6 +7,7 @@ import numpy as np
 from plugins.api import F64
 
 GRAB = 14.0  # px: a press this near to a curve takes hold of it
+SHORTEST = 12.0  # px: a shorter path is a slip of the hand, not a curve
 
 
 def lengths(curve: F64) -> F64:
@@ -25,3 +26,8 @@ def falloff(curve: F64, anchor: int, reach: float, closed: bool) -> F64:
         away = np.minimum(away, length - away)
     fraction = np.clip(away / max(reach * length, 1e-9), 0.0, 1.0)
     return np.asarray((1.0 - fraction**2) ** 2)
+
+
+def extent(path: F64) -> float:
+    """Return the longer side of the bounding box of a path (p, 2), px."""
+    return float(np.ptp(path, axis=0).max())

@@ -20,13 +20,12 @@ from plugins.api import (
     tidy_stroke,
     without_specks,
 )
-from plugins.grasp import GRAB, falloff
+from plugins.grasp import GRAB, SHORTEST, extent, falloff
 
 DOUBLE_SECONDS, DOUBLE_PX = 0.4, 6.0
 STEP = 4.0  # px between the points of a lasso that is adjusted
 REACH = 0.12  # share of the lasso that follows on either side when it is dragged
 SPECK = 0.004  # of the region: so little left out all around is not left out on purpose
-SHORTEST = 12.0  # px: a shorter path is a slip of the hand, not a lasso
 ADJUST = "Drag the lasso into shape; {edit.apply} or a double click takes it, {edit.back} drops it"
 
 
@@ -72,7 +71,7 @@ class Lasso(Tool):
         """Follow the lasso and combine what it caught with the region."""
         first = pointer
         polygon = yield from _drawn(context, pointer)
-        if _extent(polygon) < SHORTEST:
+        if extent(polygon) < SHORTEST:
             return None
         if context.options.adjust:
             first, polygon = yield from _adjusted(context, first, polygon)
@@ -123,7 +122,7 @@ def _adjusted(
             polygon = yield from _dragged(context, pointer, polygon, int(away.argmin()))
         else:
             path = yield from _drawn(context, pointer)
-            if _extent(path) >= SHORTEST:
+            if extent(path) >= SHORTEST:
                 first, polygon = pointer, tidy_stroke(path, STEP)
 
 
@@ -153,11 +152,6 @@ def _is_double(before: Pointer, pointer: Pointer) -> bool:
     apart = np.hypot(pointer.x - before.x, pointer.y - before.y)
     soon = pointer.time - before.time <= DOUBLE_SECONDS and apart <= DOUBLE_PX
     return bool(pointer.double or soon)
-
-
-def _extent(path: F64) -> float:
-    """Longer side of the path's bounding box in px."""
-    return float(np.ptp(path, axis=0).max())
 
 
 def combined(roi: I64 | None, caught: I64, first: Pointer) -> I64 | None:

@@ -31,9 +31,8 @@ from plugins.api import (
     tidy_stroke,
     trace_anchors,
 )
-from plugins.grasp import GRAB, falloff, lengths
+from plugins.grasp import GRAB, SHORTEST, extent, falloff, lengths
 
-SHORTEST = 12.0  # px: a shorter path is a slip of the hand, not a curve
 CLOSES = 16.0  # px: a curve whose ends come this near, after a long way, is a closed one
 COVERED = 0.9  # of a source: where less of it lies on the region, the person is told
 MISSES = 0.08  # of a source: when more runs beside the form, its outline is meant
@@ -105,7 +104,7 @@ class SourceTool(Tool):
     def gesture(self, context: Context, pointer: Pointer) -> Gesture:
         """Follow the curve and find its anchors."""
         drawn, pressures = yield from _drawn(context, pointer)
-        if _extent(drawn) < SHORTEST:
+        if extent(drawn) < SHORTEST:
             return None
         closed = _is_closed(drawn)
         path = tidy_stroke(drawn, 2.0, context.options.stabiliser)
@@ -214,10 +213,11 @@ class TargetTool(Tool):
             path.append(pointer.xy)
             drawn = np.array(path)
             context.draw(drawn, "target")
-            if _extent(drawn) >= SHORTEST:
-                so_far = _stroke(source, view, _carried(start, drawn))
+            if extent(drawn) >= SHORTEST:
+                # Not yet the outline: that takes several times as long, and the end is to come.
+                so_far = replace(_stroke(source, view, _carried(start, drawn)), outline=False)
                 context.preview(_with_strokes(context.document, (*others, so_far)))
-        if _extent(np.array(path)) < SHORTEST:
+        if extent(np.array(path)) < SHORTEST:
             return None
         tidy = tidy_stroke(np.array(path), 2.0, context.options.stabiliser)
         target = resample_target(points, tidy, view, closed=source.closed)
@@ -355,11 +355,6 @@ def _weights(seen: F64, path: F64, pressures: F64) -> F64:
     """Return the pressure at each anchor (c,), in 0.05..1, from the nearest point of the path."""
     away = np.linalg.norm(seen[:, None, :] - path[None, :, :], axis=2)
     return np.asarray(np.clip(pressures[away.argmin(axis=1)], 0.05, 1.0))
-
-
-def _extent(path: F64) -> float:
-    """Longer side of the path's bounding box in px."""
-    return float(np.ptp(path, axis=0).max())
 
 
 def _inside(faces: I64, all_faces: I64, roi: I64) -> I64:
