@@ -104,9 +104,11 @@ def test_what_fails_with_every_frame_is_reported_once(
     watch.crashed.connect(reports.append)
     clumsy, timer = Clumsy(), QTimer()
     timer.setInterval(5)
+    frames: list[int] = []
+    timer.timeout.connect(lambda: frames.append(1))
     timer.timeout.connect(clumsy.fail)
     timer.start()
-    qtbot.wait(300)
+    qtbot.waitUntil(lambda: len(frames) >= 30)
     timer.stop()
     assert len(reports) == 1
     assert len(list((tmp_path / "state" / "reports").iterdir())) == 1

@@ -66,7 +66,6 @@ def test_form_and_detail_are_morphed_between_two_variants(
     qtbot.waitUntil(compare.isVisible)
     bar = compare.morph
     assert bar.isVisible()
-    qtbot.wait(100)
 
     for _ in range(5):  # page by page, 10 each
         qtbot.keyClick(bar.form, Qt.Key.Key_PageUp)
@@ -124,7 +123,7 @@ def test_a_curve_is_put_aside_and_acts_again(make_window, sphere, qtbot, artefac
     qtbot.waitUntil(settled(window), timeout=30_000)
     assert len(session.document.draft.strokes) == 2
     assert (session.shown.vertices == one).all(), "as if it had not been drawn"
-    qtbot.wait(100)
+    QCoreApplication.processEvents()
     picture(window, artefacts, "eye")
 
     qtbot.mouseClick(button(window, "Let curve 2 act again"), Qt.MouseButton.LeftButton)
@@ -176,7 +175,7 @@ def test_a_stroke_along_the_outline_snaps_to_it(
     edge_px = np.linalg.norm(np.diff(lies, axis=0), axis=1).max()
     assert np.linalg.norm(lies[:, None] - lines, axis=2).min(axis=1).max() < edge_px / 2
     assert source.outline
-    qtbot.wait(100)
+    QCoreApplication.processEvents()
     picture(window, artefacts, f"outline {how} {theme}")
 
     Mouse().stroke(window, path + np.array([25, 0]))
@@ -212,7 +211,7 @@ def test_a_lasso_is_adjusted_before_it_is_taken(
     pull = right + np.linspace(0, 1, 12)[:, None] * [110, 0]
     Mouse().stroke(window, pull)
     assert session.document is first
-    qtbot.wait(100)
+    QCoreApplication.processEvents()
     picture(window, artefacts, f"lasso {theme}")
 
     if how == "enter":
@@ -260,7 +259,7 @@ def test_the_smallest_feature_is_slid(make_window, sphere, qtbot, artefacts: Pat
     # Half of the way: the geometric middle between the longest and the shortest.
     middle = np.sqrt(known.wavelength(1) * known.wavelength(known.m))
     assert middle <= window.level.feature.value() + 0.01 < 1.5 * middle
-    qtbot.wait(100)
+    QCoreApplication.processEvents()
     picture(window, artefacts, "feature")
 
     window.level.slider.setValue(0)
