@@ -19,7 +19,8 @@ def free_place(
     """Return which of `sizes` fits best, and the corner of the room that it fits in.
 
     The first size in the first corner that covers nothing is taken: upper left, lower left, lower
-    right, upper right. Where every one covers something, it is the one that covers least.
+    right, upper right, or above what lies at the lower edge. Where every one covers something, it
+    is the one that covers least.
 
     Parameters
     ----------
@@ -30,10 +31,14 @@ def free_place(
     """
     blocked = list(taken)
     best, least = (0, QPoint(MARGIN, MARGIN)), np.inf
+    # Above what lies along the lower edge there is room as well.
+    floor = min((one.top() for one in blocked if 2 * one.top() > room.height()), default=0)
     for which, size in enumerate(sizes):
         right = room.width() - size.width() - MARGIN
         low = room.height() - size.height() - MARGIN
-        for x, y in ((MARGIN, MARGIN), (MARGIN, low), (right, low), (right, MARGIN)):
+        above = floor - size.height() - MARGIN
+        corners = [(MARGIN, MARGIN), (MARGIN, low), (right, low), (right, MARGIN)]
+        for x, y in (*corners, (MARGIN, above), (right, above)):
             if x < 0 or y < 0:
                 continue
             place = QRect(QPoint(x, y), size).adjusted(-AROUND, -AROUND, AROUND, AROUND)

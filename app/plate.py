@@ -112,10 +112,11 @@ class Plate(QFrame):
         most = self._over.width() - 2 * MARGIN
         widths = [max(min(wide, most), NARROWEST) for wide in WIDTHS]
         sizes = [self._taken(wide) for wide in widths]
+        everything = self._over.rect()
         others = [
             one.geometry()
-            for one in self._over.findChildren(QFrame, options=_DIRECT)
-            if one is not self and one.isVisible()
+            for one in self._over.findChildren(QWidget, options=_DIRECT)
+            if one is not self and one.isVisible() and one.geometry() != everything
         ]
         which, corner = free_place(self._over.size(), sizes, others, self._form())
         self._taken(widths[which])

@@ -41,7 +41,8 @@ NO_REGION = np.zeros(0, dtype=np.int64)
 # How the plane that fits best is found: points looked at, rounds, and the share that must fit.
 SAMPLES = 4000
 FITS = 12
-DIVIDES = 0.3  # cosine between a plane's normal and the side to keep: below, neither half is meant
+DIVIDES = 0.1  # cosine between a plane's normal and the side to keep: below, neither half is meant
+ANY_SIDE = np.array([1.0, 0.6, 0.3])  # along no plane that a form is likely to be symmetric across
 TRIMMED = 0.6
 
 
@@ -186,8 +187,10 @@ def rim_share(mesh: Mesh, roi: I64, fade: float, run: Run) -> F64:
 class SymmetriseOptions:
     """What the person sets."""
 
-    keep: Side = option(
-        "right", "Keep", "The side that is mirrored to the other, as the view cube names it"
+    keep: Literal["edited", Side] = option(
+        "edited",
+        "Keep",
+        "The side that is mirrored to the other: where you edited most, or as the view cube says",
     )
     plane: Literal["best_fit", "middle"] = option(
         "best_fit", "Plane", "The plane that fits best, or the one through the middle of the model"
@@ -228,10 +231,23 @@ class Symmetrise(Tool):
         """Return the step for the options as they are."""
         options, document = context.options, context.document
         plane: tuple[float, ...] = ()
-        keep = context.towards(options.keep)
+        middle = document.original.bounds.mean(axis=0)
+        keep = edited_side(document) if options.keep == "edited" else context.towards(options.keep)
         if options.plane == "middle":
+            normal = np.eye(3)[np.abs(keep).argmax()]
             # The middle of the model as it was opened: an edit on one side pulls its own along.
-            middle = float(keep @ document.original.bounds.mean(axis=0))
-            plane = (*keep.tolist(), middle)
+            plane = (*normal.tolist(), float(normal @ middle))
         roi = NO_REGION if document.draft.roi is None else document.draft.roi
         return SymmetriseStep(roi, plane, tuple(keep.tolist()), options.fade)
+
+
+def edited_side(document: Document) -> F64:
+    """Return the direction (3,) from the middle of the model to where it was edited most."""
+    before, after = document.original, document.mesh
+    if before.faces is not after.faces:
+        return ANY_SIDE
+    moved = np.linalg.norm(after.vertices - before.vertices, axis=1)
+    if not moved.any():
+        return ANY_SIDE
+    where = (moved @ before.vertices) / moved.sum() - before.bounds.mean(axis=0)
+    return np.asarray(where if np.linalg.norm(where) > 1e-3 * before.diagonal else ANY_SIDE)

@@ -49,7 +49,6 @@ def tools(stage: Stage) -> None:
     stage.press(Qt.Key.Key_7)
     stage.rest()
     take("symmetrise")
-    stage.press_in(stage.option("keep"), Qt.Key.Key_Down)
     stage.rest()
     stage.keep_canvas("tool-symmetrise")
 

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from engine import Document, EngineError, Mesh, Run, closest_points, drag_patch, reflected
 from engine.measure import rim_dihedral
 from plugins.symmetrise import (
+    ANY_SIDE,
     NO_REGION,
     Symmetrise,
     SymmetriseOptions,
     SymmetriseStep,
+    edited_side,
     fitting_plane,
 )
 from tests.app.driving import bumpy_sphere
@@ -127,7 +131,21 @@ def test_the_tool_gives_the_step_for_its_options(dented: Mesh) -> None:
     assert "the model" in tool.hint(context.document)
     context.options = SymmetriseOptions(keep="front", plane="middle")
     step = tool.enter(context)
-    assert step.plane == pytest.approx((0, -1, 0, -dented.bounds.mean(axis=0)[1]))
+    assert step.plane == pytest.approx((0, 1, 0, dented.bounds.mean(axis=0)[1]))
     assert step.keep == (0, -1, 0), "the front stays"
     assert len(step.roi) == 0
     assert list(tool.gesture(context, None)) == []
+
+
+def test_the_side_that_was_edited_is_kept(dented: Mesh) -> None:
+    x = dented.vertices
+    assert (edited_side(Document.open(dented)) == ANY_SIDE).all()
+    left = x[:, 0] < np.quantile(x[:, 0], 0.1)
+    pushed = dented.with_vertices(np.where(left[:, None], 1.1, 1.0) * x)
+    document = replace(Document.open(dented), mesh=pushed)
+    context = FlatContext(document)
+    context.options = SymmetriseOptions(plane="middle")
+    step = Symmetrise().enter(context)
+    after = step.apply(pushed)
+    assert (after.vertices[left] == pushed.vertices[left]).all(), "what was edited stays"
+    assert step.keep[0] < 0
