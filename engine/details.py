@@ -15,9 +15,9 @@ from engine.base import Plate
 from engine.detail import Decomposition
 from engine.rectify import turned
 
-# What is longer than so many times the features' slope times their length is turned as it stands.
-REACH = 2.0
-LEAST_REACH, MOST_REACH = 0.25, 2.0
+# From about this many times the features' own length on, they are turned as they stand. With less,
+# heights are kept still better, but hollows that are as tight as features are high fold over.
+REACH = 4.0
 
 
 class Details:
@@ -34,8 +34,7 @@ class Details:
     Departure: the rule "paper" of the decomposition takes Eq. 20 as printed, with equality on the
     rows of the region, without rows of the rim and without s.
 
-    Where the sums divide, s, follows from the features' length and slope: bumps and grooves are
-    turned as they stand, while what stands out steeply, a finger, must bend with its foot.
+    Where the sums divide, s, follows from the features' own length.
 
     Parameters
     ----------
@@ -67,16 +66,14 @@ class Details:
     def _stay(self) -> float:
         """Return s, 1 over the fourth power of the length / 2 pi that divides; 0 without features.
 
-        With the mean products of delta and h over the surface, (2 pi / length)^2 of the features is
-        <delta, delta> / <h, delta> and the square of their slope is <h, delta>.
+        (2 pi / length)^2 of the features is <delta, delta> / <h, delta>, integrated over the roi.
         """
-        areas, bend = self._parts.region.areas_roi, self._bend[: len(self._offset)]
-        steep = float((bend * self._offset).sum() / areas.sum())
-        if not steep > 0:
+        bend = self._bend[: len(self._offset)]
+        work = float((bend * self._offset).sum())
+        if not work > 0:
             return 0.0
-        wave = float((bend**2 / areas[:, None]).sum() / areas.sum()) / steep
-        reach = float(np.clip(REACH * np.sqrt(steep), LEAST_REACH, MOST_REACH))
-        return (wave / reach**2) ** 2
+        wave = float((bend**2 / self._parts.region.areas_roi[:, None]).sum()) / work
+        return (wave / REACH**2) ** 2
 
     def turning(self, R: F64) -> F64:
         """Return what turning the details adds to the region's vertices, v (m, 3), mesh units.
