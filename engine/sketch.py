@@ -16,8 +16,8 @@ from engine.view import View
 
 # Shorter than this share of its length in space, a curve is seen end-on.
 _END_ON = 0.02
-# The zigzag of a path along mesh edges has shorter waves than this many anchors. Of a curve with few
-# of them a share counts as zigzag: more would take its own bend away, and make a ring smaller.
+# The zigzag of a path along mesh edges has shorter waves than this many anchors. Of a curve with
+# few of them a share counts as zigzag: more would take its own bend, and make a ring smaller.
 _ZIGZAG_ANCHORS = 12.0
 _ZIGZAG_SHARE = 0.25
 _ZIGZAG_LEAST = 2.0
