@@ -9,6 +9,7 @@ import threading
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
+BEGINS_WITHIN = 60.0
 
 
 def lines_until_killed(module: str, folder: Path, seed: int, after: float) -> list[str]:
@@ -25,8 +26,11 @@ def lines_until_killed(module: str, folder: Path, seed: int, after: float) -> li
     )
     assert process.stdout is not None
     with process.stdout:
+        late = threading.Timer(BEGINS_WITHIN, process.kill)
+        late.start()
         first = process.stdout.readline()
-        assert first, f"{module} ended before it began"
+        late.cancel()
+        assert first, f"{module} ended before it began, or did not begin in {BEGINS_WITHIN:g} s"
         threading.Event().wait(after)
         process.kill()
         rest = process.stdout.read().split("\n")
