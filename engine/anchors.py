@@ -109,7 +109,10 @@ def _allowed_faces(mesh: Mesh, roi: ArrayLike | None) -> B1:
         return np.ones(len(mesh.faces), dtype=bool)
     inside = np.zeros(mesh.n, dtype=bool)
     inside[np.asarray(roi)] = True
-    return np.asarray(inside[mesh.faces].all(axis=1))
+    near = mesh.topology.faces_about(np.asarray(roi))
+    allowed = np.zeros(len(mesh.faces), dtype=bool)
+    allowed[near] = inside[mesh.faces[near]].all(axis=1)
+    return allowed
 
 
 def _checked_faces(mesh: Mesh, faces: ArrayLike) -> I64:

@@ -57,7 +57,7 @@ class Contour:
         """Return the contour of the part of a mesh between the vertices `ids`."""
         inside = np.zeros(mesh.n, dtype=bool)
         inside[np.asarray(ids)] = True
-        faces = mesh.faces[inside[mesh.faces].any(axis=1)]
+        faces = mesh.faces[mesh.topology.faces_about(np.asarray(ids))]
         pairs = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
         opposite = faces[:, [2, 0, 1]].ravel()
         key = pairs[:, 0] * np.int64(mesh.n) + pairs[:, 1]

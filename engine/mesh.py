@@ -64,6 +64,14 @@ class Topology:
             (data, (self.faces.ravel(), np.repeat(np.arange(f), 3))), shape=(self.n, f)
         )
 
+    def faces_about(self, ids: I64) -> I64:
+        """Return the faces that have a corner among the vertices `ids`, ascending, each once."""
+        if 8 * len(ids) < self.n:
+            return np.asarray(np.unique(self.incidence[ids].indices), dtype=np.int64)
+        among = np.zeros(self.n, dtype=bool)
+        among[ids] = True
+        return np.flatnonzero(among[self.faces].any(axis=1))
+
     @cached_property
     def border_vertices(self) -> B1:
         """Mask (n,) of the vertices on an open border."""

@@ -286,7 +286,7 @@ def _turned_away(mesh: Mesh, ids: I64, view: View) -> B1:
     """Mask (i,) of the vertices `ids`, ascending, where the surface faces away from the eye."""
     wanted = np.zeros(mesh.n, dtype=bool)
     wanted[ids] = True
-    faces = mesh.faces[wanted[mesh.faces].any(axis=1)]
+    faces = mesh.faces[mesh.topology.faces_about(ids)]
     a, b, c = (view.project(mesh.vertices[corner]) for corner in faces.T)
     u, v = b - a, c - a
     # Twice the area in the picture; y runs down, so what faces the eye has less than nothing.

@@ -129,3 +129,12 @@ def test_what_lies_behind_the_region_is_taken_too(plate: Mesh) -> None:
     inner, outer = disc(plate, 5), disc(plate, 7.5)
     assert set(inner) <= set(lower)
     assert set(lower) <= set(outer)
+
+
+@pytest.mark.parametrize("count", [0, 3, 40, 400])
+def test_the_faces_about_some_vertices_are_those_with_a_corner_there(
+    plate: Mesh, count: int
+) -> None:
+    ids = np.random.default_rng(count).permutation(plate.n)[:count]
+    expected = np.flatnonzero(np.isin(plate.faces, ids).any(axis=1))
+    assert (plate.topology.faces_about(ids) == expected).all()
