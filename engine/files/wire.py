@@ -13,6 +13,8 @@ Arrays = dict[str, NDArray[Any]]
 
 _LENGTH = struct.Struct("<Q")
 _DTYPES = {"<f8", "<i8"}
+# A longer text is none: something else than messages came through the pipe.
+_LONGEST_TEXT = 1 << 30
 
 
 def send(stream: BinaryIO, message: dict[str, Any], arrays: Arrays | None = None) -> None:
@@ -35,9 +37,15 @@ def receive(stream: BinaryIO) -> tuple[dict[str, Any], Arrays]:
     Raises
     ------
     EOFError
-        The other side is gone.
+        The other side is gone, or what comes is no message.
     """
-    head = json.loads(_exactly(stream, _LENGTH.unpack(_exactly(stream, _LENGTH.size))[0]))
+    (length,) = _LENGTH.unpack(_exactly(stream, _LENGTH.size))
+    if length > _LONGEST_TEXT:
+        raise EOFError("what came through the pipe is no message")
+    try:
+        head = json.loads(_exactly(stream, length))
+    except ValueError as error:
+        raise EOFError("what came through the pipe is no message") from error
     arrays: Arrays = {}
     for name, dtype, shape in head["arrays"]:
         if dtype not in _DTYPES:

@@ -18,6 +18,17 @@ FILTER_SECONDS = 1e-4
 
 def die_inside_filters() -> None:
     """Have the next native filter killed while it runs."""
+    load = worker._import_native_code
+
+    def import_native_code() -> None:
+        # Not before the pipes are safe: it may print to standard output what it could not load.
+        load()
+        _make_filters_mortal()
+
+    worker._import_native_code = import_native_code
+
+
+def _make_filters_mortal() -> None:
     import pymeshlab
 
     real = pymeshlab.MeshSet.apply_filter
