@@ -42,17 +42,19 @@ class Body(QWidget):
         self.split.setChildrenCollapsible(False)
         self.split.addWidget(viewport)
         self.side = _side(panels)
-        middle = _tight(QVBoxLayout())
-        middle.addWidget(strip)
-        middle.addWidget(self.split, 1)
+        self._middle = _tight(QVBoxLayout())
+        self._middle.addWidget(strip)
+        self._middle.addWidget(self.split, 1)
         row = _tight(QHBoxLayout(self))
         row.addWidget(rail)
-        row.addLayout(middle, 1)
+        row.addLayout(self._middle, 1)
         row.addWidget(self.side)
 
-    def put_beside(self, other: QWidget) -> None:
-        """Share the room of the form with another widget, half and half."""
+    def put_beside(self, other: QWidget, below: QWidget) -> None:
+        """Share the room of the form with another widget, half and half, and a bar below both."""
         self.split.addWidget(other)
+        self._middle.addWidget(below)
+        below.show()
         half = self.split.width() // 2
         self.split.setSizes([half, half])
 

@@ -6,12 +6,13 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
+    QApplication,
     QFrame,
     QHBoxLayout,
     QLabel,
     QPushButton,
+    QSizePolicy,
     QSlider,
     QSpinBox,
     QVBoxLayout,
@@ -19,7 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.look import Theme
-from app.panels.panel import plain_number
+from app.panels.panel import GRID, plain_number
 from app.session import Session
 from app.viewport import Viewport
 from engine import Document, EngineError, Moment
@@ -28,6 +29,7 @@ from plugins.morph import MOST_MODES, MorphStep, morph_between
 
 MARGIN = 12
 SLIDES = 100
+HEIGHT = 44  # of the bar, as of the one above the form
 
 
 class Header(QFrame):
@@ -42,13 +44,10 @@ class Header(QFrame):
         )
         self._words = QLabel(self)
         self._words.setStyleSheet("font-weight: 600;")
-        self._column = QVBoxLayout(self)
-        self._column.setContentsMargins(12, 6, 12, 6)
-        self._column.setSpacing(4)
-        self._row = QHBoxLayout()
+        self._row = QHBoxLayout(self)
+        self._row.setContentsMargins(12, 6, 12, 6)
         self._row.setSpacing(8)
         self._row.addWidget(self._words)
-        self._column.addLayout(self._row)
         self.move(MARGIN, MARGIN)
         self.hide()
 
@@ -67,8 +66,8 @@ class Header(QFrame):
         self.raise_()
 
 
-class MorphBar(Header):
-    """Two sliders at the lower left: how much of the other form and of its detail is wanted.
+class MorphBar(QFrame):
+    """Two sliders below the two forms: how much of the other form and of its detail is wanted.
 
     Signals
     -------
@@ -79,11 +78,23 @@ class MorphBar(Header):
     moved = Signal()
     kept = Signal()
 
-    def __init__(self, over: QWidget) -> None:
-        super().__init__(over)
-        self.form = self._slider("Form", "How much of this variant's form the current one takes on")
-        self.detail = self._slider("Detail", "How much of this variant's detail it takes on")
-        self.add("Keep", "Make what you see a step", self.kept.emit)
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setAccessibleName("Morph")
+        title = QLabel("Morph", self)
+        title.setStyleSheet("font-weight: 600;")
+        self._reason = QLabel(self)
+        self._reason.setWordWrap(True)
+        self._reason.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self._words: list[tuple[QSlider, QLabel]] = []
+        self._controls = QWidget(self)
+        self._row = QHBoxLayout(self._controls)
+        self._row.setContentsMargins(0, 0, 0, 0)
+        self._row.setSpacing(GRID)
+        self.form = self._slider(
+            "Form", "How much of the form on the right the one on the left takes on"
+        )
+        self.detail = self._slider("Detail", "How much of the detail on the right it takes on")
         self.modes = QSpinBox(self)
         self.modes.setRange(1, MOST_MODES)
         self.modes.setValue(FORM_MODES)
@@ -91,13 +102,21 @@ class MorphBar(Header):
         self.modes.setToolTip("With more of them finer features count as form; the rest is detail")
         self.modes.setAccessibleName("What counts as form")
         plain_number(self.modes)
-        self.modes.valueChanged.connect(lambda _value: self.moved.emit())
-        below = QHBoxLayout()
-        below.setSpacing(8)
-        below.addWidget(QLabel("What counts as form", self))
-        below.addWidget(self.modes)
-        below.addStretch(1)
-        self._column.addLayout(below)
+        self.modes.valueChanged.connect(lambda _value: self._show_moved())
+        self._row.addWidget(QLabel("Form ends at", self))
+        self._row.addWidget(self.modes)
+        self._row.addStretch(1)
+        self.keep = QPushButton("Keep", self)
+        self.keep.setToolTip("Make what you see on the left a step")
+        self.keep.clicked.connect(lambda _on=False: self.kept.emit())
+        self._row.addWidget(self.keep)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(2 * GRID, GRID // 2, 2 * GRID, GRID // 2)
+        row.setSpacing(2 * GRID)
+        row.addWidget(title)
+        row.addWidget(self._reason, 1)
+        row.addWidget(self._controls, 1)
+        self.setFixedHeight(HEIGHT)
         self.clear()
 
     @property
@@ -105,27 +124,56 @@ class MorphBar(Header):
         """Form and detail, 0 to 1."""
         return self.form.value() / SLIDES, self.detail.value() / SLIDES
 
+    def offer(self, reason: str = "") -> None:
+        """Let the person morph, or say why nothing lies between the two."""
+        self.clear()
+        self._reason.setText(reason)
+        self._reason.setVisible(bool(reason))
+        self._controls.setVisible(not reason)
+
     def clear(self) -> None:
         """Put both sliders at this variant, without a signal."""
         for slider in (self.form, self.detail):
             with QSignalBlocker(slider):
                 slider.setValue(0)
+        self._read()
+
+    def _read(self) -> None:
+        """Say the shares beside the sliders; nothing can be kept while both are nothing."""
+        for slider, words in self._words:
+            words.setText(f"{slider.value()} %")
+        self.keep.setEnabled(self.shares != (0.0, 0.0))
+
+    def _show_moved(self) -> None:
+        self._read()
+        self.moved.emit()
 
     def _slider(self, words: str, tip: str) -> QSlider:
-        self._row.addWidget(QLabel(words, self))
         slider = QSlider(Qt.Orientation.Horizontal, self)
         slider.setRange(0, SLIDES)
-        slider.setFixedWidth(72)
+        slider.setMinimumWidth(48)
+        slider.setMaximumWidth(240)
         slider.setMinimumHeight(32)
         slider.setToolTip(tip)
         slider.setAccessibleName(words)
-        slider.valueChanged.connect(lambda _value: self.moved.emit())
-        self._row.addWidget(slider)
+        slider.valueChanged.connect(lambda _value: self._show_moved())
+        share = QLabel(self)
+        share.setFixedWidth(share.fontMetrics().horizontalAdvance("100 %") + 2)
+        share.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        self._words.append((slider, share))
+        self._row.addWidget(QLabel(words, self))
+        self._row.addWidget(slider, 4)
+        self._row.addWidget(share)
+        self._row.addSpacing(GRID)
         return slider
 
 
 class Compare(QWidget):
     """The second viewport with its own bar; made when it is wanted and closed with it.
+
+    Attributes
+    ----------
+    morph : the sliders between the two; whoever shows this puts them below both.
 
     Signals
     -------
@@ -145,7 +193,7 @@ class Compare(QWidget):
         self.header.add("Swap", "Go to this step; the current one comes here", self.swap)
         self.header.add("Close", "Close the comparison", self.closed.emit)
         self.main_header = Header(main)
-        self.morph = MorphBar(self.viewport)
+        self.morph = MorphBar(self)
         self.morph.moved.connect(self._preview)
         self.morph.kept.connect(self._keep)
         self._step: MorphStep | None = None
@@ -190,6 +238,8 @@ class Compare(QWidget):
         self._session.end_preview()
         self.main_header.say("")
         self.main_header.deleteLater()
+        self.morph.setParent(None)
+        self.morph.deleteLater()
         self.viewport.close()
 
     def _take_looks(self) -> None:
@@ -218,26 +268,20 @@ class Compare(QWidget):
     # ---- between the two
 
     def _offer_morph(self) -> None:
-        """Show the sliders when something lies between the two; they start at the current one."""
+        """Let the two be morphed when something lies between them, from the current one on."""
         document = self._session.document
         if document is None or self.moment is None or document is self._of:
             return
         self._of = document
+        reason = ""
         try:
             self._step = morph_between(document.mesh, self.moment.document.mesh)
-        except EngineError:
-            self._step = None
-        self.morph.clear()
-        self.morph.say("Morph" if self._step is not None else "")
-        self._place_morph()
-
-    def _place_morph(self) -> None:
-        self.morph.move(MARGIN, self.viewport.height() - self.morph.height() - MARGIN)
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """The sliders stay at the lower left."""
-        super().resizeEvent(event)
-        self._place_morph()
+        except EngineError as error:
+            self._step, reason = None, str(error)
+        held = QApplication.focusWidget()
+        if reason and held is not None and self.morph.isAncestorOf(held):
+            self._main.setFocus()  # else the keys would go to whatever comes next
+        self.morph.offer(reason)
 
     def _wanted(self) -> MorphStep | None:
         form, detail = self.morph.shares

@@ -41,13 +41,18 @@ def free_place(
         for x, y in (*corners, (MARGIN, above), (right, above)):
             if x < 0 or y < 0:
                 continue
-            place = QRect(QPoint(x, y), size).adjusted(-AROUND, -AROUND, AROUND, AROUND)
-            covered = _inside(place, form) + 1e6 * sum(place.intersects(one) for one in blocked)
-            if covered < least:
-                best, least = (which, QPoint(x, y)), covered
-            if covered == 0:
+            found = covered(QRect(QPoint(x, y), size), blocked, form)
+            if found < least:
+                best, least = (which, QPoint(x, y)), found
+            if found == 0:
                 return best
     return best
+
+
+def covered(place: QRect, taken: Iterable[QRect], form: F64) -> float:
+    """Return how much of the form, and above all of what lies there already, a place covers."""
+    wide = place.adjusted(-AROUND, -AROUND, AROUND, AROUND)
+    return _inside(wide, form) + 1e6 * sum(wide.intersects(one) for one in taken)
 
 
 def _inside(place: QRect, points: F64) -> int:

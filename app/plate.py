@@ -16,11 +16,12 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.free_place import MARGIN, free_place
+from app.free_place import MARGIN, covered, free_place
 from engine.arrays import F64
 
 WIDTHS = 520, 360, 280
 NARROWEST = 160
+_MOVES = (QEvent.Type.Move, QEvent.Type.Resize, QEvent.Type.Show)
 _DIRECT = Qt.FindChildOption.FindDirectChildrenOnly
 BESIDE = 28  # px of the plate beside its words
 MOST_LINES = 8
@@ -42,7 +43,7 @@ class Plate(QFrame):
         # Not QTimer.singleShot: it keeps what it has called, and with it the whole window.
         self._soon = QTimer(self)
         self._soon.setSingleShot(True)
-        self._soon.timeout.connect(self._place)
+        self._soon.timeout.connect(self.settle)
         # A pen on the plate does not draw on the form below it.
         self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
         self.setObjectName("plate")
@@ -97,27 +98,45 @@ class Plate(QFrame):
             button.clicked.connect(lambda _on=False, call=callback: call())
             self.buttons[words] = button
         self.setAccessibleName(title)
+        for one in self._over.findChildren(QWidget, options=_DIRECT):
+            if one is not self:
+                one.installEventFilter(self)  # once, however often it is asked for
         self.show()
         self._place()
         # The view may still be on its way to what was opened.
         self._soon.start()
 
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Stay in place when the viewport changes its size."""
-        if event.type() == QEvent.Type.Resize and self.isVisible():
+    def settle(self) -> None:
+        """Go out of the way of what it covers now: the form, the hint, a bar."""
+        if not self.isVisible():
+            return
+        beside = [one.geometry() for one in self._neighbours()]
+        if covered(self.geometry(), beside, self._form()) > 0:
             self._place()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Stay in place when the viewport changes its size, and out of the way of others there."""
+        if self.isVisible():
+            if watched is self._over and event.type() == QEvent.Type.Resize:
+                self._place()
+            elif watched is not self._over and event.type() in _MOVES:
+                self._soon.start()
         return super().eventFilter(watched, event)
+
+    def _neighbours(self) -> list[QWidget]:
+        """Return what else lies over the viewport now, but for what covers all of it."""
+        everything = self._over.rect()
+        return [
+            one
+            for one in self._over.findChildren(QWidget, options=_DIRECT)
+            if one is not self and one.isVisible() and one.geometry() != everything
+        ]
 
     def _place(self) -> None:
         most = self._over.width() - 2 * MARGIN
         widths = [max(min(wide, most), NARROWEST) for wide in WIDTHS]
         sizes = [self._taken(wide) for wide in widths]
-        everything = self._over.rect()
-        others = [
-            one.geometry()
-            for one in self._over.findChildren(QWidget, options=_DIRECT)
-            if one is not self and one.isVisible() and one.geometry() != everything
-        ]
+        others = [one.geometry() for one in self._neighbours()]
         which, corner = free_place(self._over.size(), sizes, others, self._form())
         self._taken(widths[which])
         self.move(corner)

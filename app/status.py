@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QTimer
+from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QLabel, QProgressBar, QSizePolicy, QStatusBar, QToolButton, QWidget
 
 from app.look import Theme, icon
 from app.session import Session
+from app.sizes import likely_unit
+from engine import Document
+from engine.figures import figure
 
 SHOWN_AFTER = 150  # ms: what is done sooner needs no bar
 STILL_AFTER = 500  # ms without a move of the form under the hand
@@ -23,14 +26,26 @@ UNMEASURED = ("file", "write", "solve")  # may never say how far they are
 
 
 class Status(QStatusBar):
-    """One line of figures, and the progress of the slowest work."""
+    """One line of figures, and the progress of the slowest work.
+
+    Signals
+    -------
+    size_asked : the size was clicked.
+    """
+
+    size_asked = Signal()
 
     def __init__(self, session: Session, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._session = session
         self.setSizeGripEnabled(False)
+        self._count = QLabel(self)
+        self._count.setContentsMargins(12, 0, 0, 0)
+        self.size_button = QToolButton(self)
+        self.size_button.setAutoRaise(True)
+        self.size_button.setToolTip("What is known of the file, and what one unit of it is")
+        self.size_button.clicked.connect(self.size_asked)
         self._figures = QLabel(self)
-        self._figures.setContentsMargins(12, 0, 0, 0)
         self._words = QLabel(self)
         self._bar = QProgressBar(self)
         self._bar.setRange(0, 1000)
@@ -41,6 +56,8 @@ class Status(QStatusBar):
         self._cross.setToolTip("Cancel this work")
         self._cross.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self._cross.clicked.connect(self.cancel)
+        self.addWidget(self._count)
+        self.addWidget(self.size_button)
         self.addWidget(self._figures, 1)
         for widget in (self._words, self._bar, self._cross):
             self.addPermanentWidget(widget)
@@ -59,7 +76,8 @@ class Status(QStatusBar):
     @property
     def figures(self) -> str:
         """The line of figures."""
-        return self._figures.text()
+        parts = self._count.text(), self.size_button.text(), self._figures.text()
+        return "    ".join(part for part in parts if part)
 
     def dress(self, theme: Theme) -> None:
         """Take the colours of `theme`."""
@@ -75,7 +93,12 @@ class Status(QStatusBar):
 
     def refresh(self) -> None:
         """Show the figures of the current document, and whether work is under way."""
-        self._figures.setText(self._line())
+        document = self._session.document
+        self.size_button.setVisible(document is not None)
+        if document is not None:
+            self._count.setText(f"{document.mesh.n:,} vertices")
+            self.size_button.setText(_size(document))
+            self._figures.setText(self._line(document))
         working = (one for one in ORDER if self._session.jobs.busy(one))
         busy = next(working, "write" if self._session.writing.busy else "")
         if busy != self._channel:
@@ -120,13 +143,10 @@ class Status(QStatusBar):
         self._bar.setValue(value)
         self._bar.setUpdatesEnabled(True)
 
-    def _line(self) -> str:
-        document = self._session.document
-        if document is None:
-            return ""
-        mesh, draft = document.mesh, document.draft
-        size = " × ".join(f"{extent:,.4g}" for extent in mesh.bounds[1] - mesh.bounds[0])
-        parts = [f"{mesh.n:,} vertices", f"{size} {document.unit}"]
+    def _line(self, document: Document) -> str:
+        """Return the figures of the region and its curves."""
+        draft = document.draft
+        parts: list[str] = []
         if draft.roi is not None:
             parts.append(f"region {len(draft.roi):,}")
             known = self._session.decomposition
@@ -137,3 +157,11 @@ class Status(QStatusBar):
         if error is not None:
             parts.append(f"target error {error:.1f} px")
         return "    ".join(parts)
+
+
+def _size(document: Document) -> str:
+    """Return how large a model is, with a question mark where its unit is doubtful."""
+    low, high = document.mesh.bounds
+    size = " × ".join(figure(extent) for extent in high - low)
+    doubt = " ?" if likely_unit(document) is not None else ""
+    return f"{size} {document.unit}{doubt}"

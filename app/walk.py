@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 def parts(window: Window) -> list[QWidget]:
     """Return the parts that can take the keys now, in the order they are walked."""
     panels = (window.level, window.edit, window.steps)
-    every = (window.viewport, window.rail, window.strip, *panels)
+    morph = () if window.compare is None else (window.compare.morph,)
+    every = (window.viewport, window.rail, window.strip, *morph, *panels)
     return [part for part in every if part.isVisible() and entrance(part) is not None]
 
 

@@ -88,7 +88,7 @@ class Window(QMainWindow):
         self.ask = Ask(self)
         self.plate = Plate(self.viewport, lambda: form_seen(self.session, self.viewport))
         StartLevel(self.session, lambda: self.toolhost.in_gesture, self)
-        OpeningPlate(self.session, self.files, self.plate)
+        self.opening = OpeningPlate(self.session, self.files, self.plate)
         Thumbnails(self.session, self.stage, self.viewport, self.steps)
         self.file_dialogs = FileDialogs(self.files, self)
         self.picture_files = PictureFiles(self.session, self.viewport, self.trace_bar, self)
@@ -132,6 +132,8 @@ class Window(QMainWindow):
         self.viewport.cancelled.connect(host.cancel)
         self.viewport.selecting.connect(lambda on: self.hint.set_said("Selecting…" if on else ""))
         self.viewport.alt_scrolled.connect(self._level_by_wheel)
+        self.viewport.rested.connect(self.plate.settle)
+        self.status.size_asked.connect(self.opening.tell)
         self.edit.apply_asked.connect(host.enter)
         self.edit.plane_pointed.connect(self.stage.point_out_plane)
         self.steps.compare_asked.connect(self.compare_with)
@@ -253,7 +255,7 @@ class Window(QMainWindow):
         if self.compare is None:
             self.compare = Compare(self.session, self.viewport, self.appearance.theme, self)
             self.compare.closed.connect(self.end_compare)
-            self.body.put_beside(self.compare)
+            self.body.put_beside(self.compare, self.compare.morph)
         self.compare.show_moment(history.moments[moment_id])
 
     def end_compare(self) -> None:

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from app.look import REGION, TARGET, Theme
 from engine import Decomposition
 from engine.arrays import F64
+from engine.figures import figure
 
 BINS = 44
 HEIGHT = 40
@@ -89,7 +90,7 @@ class Histogram(Chart):
         self._bars = weights / top if top > 0 else weights
         self.cutoff = known.cutoff(k)
         self._cutoff = min(self.cutoff / widest, 1.0)
-        self.words = ("Curvature", f"cutoff {self.cutoff:.3g} / {unit}")
+        self.words = ("Curvature", f"cutoff {figure(self.cutoff, 3)} / {unit}")
         self.update()
 
     def paint(self, painter: QPainter, field: QRectF, theme: Theme) -> None:

@@ -19,10 +19,11 @@ from app.key_words import Read, plain
 from app.look import Theme, icon
 from app.modes import ModesViewer
 from app.panels.charts import Histogram, LevelCurve
-from app.panels.decimal_field import DecimalField
+from app.panels.decimal_field import DecimalField, LengthField
 from app.panels.panel import GRID, Panel, plain_number
 from app.session import Session
 from engine import Decomposition
+from engine.figures import figure
 
 TICKS = 1000
 CHART_MS = 40
@@ -43,7 +44,9 @@ class LevelPanel(Panel):
         self.percent = _number(" %", 0.0, 100.0, 1, "Level of detail")
         self.percent.setSingleStep(1.0)
         self.percent.valueChanged.connect(lambda value: session.slide_level(value / 100))
-        self.feature = _number("", 0.0, 99_999.0, 2, "Smallest feature that is kept")
+        self.feature = LengthField(self)
+        self.feature.setAccessibleName("Smallest feature that is kept")
+        plain_number(self.feature)
         self.feature.setSpecialValueText("none")
         self.feature.editingFinished.connect(self._feature_typed)
         self.feature_slider = QSlider(Qt.Orientation.Horizontal, self)
@@ -156,7 +159,7 @@ class LevelPanel(Panel):
             self.modes_button.setChecked(shown)
         if shown and known is not None and document is not None:
             length = known.wavelength(self.mode.value())
-            self.wave.setText(f"{length:.3g} {document.unit} long")
+            self.wave.setText(f"{figure(length, 3)} {document.unit} long")
 
     def name_keys(self, read: Read) -> None:
         """Say the keys that move the level, as `read` knows them."""

@@ -22,6 +22,7 @@ from app.toolhost import ToolHost
 from plugins.api import Tool
 
 BUTTON = 44
+LEAST_BUTTON = 32  # as small as a pen hits
 ICON = 24
 
 
@@ -36,17 +37,21 @@ class ToolRail(QFrame):
         self.buttons: dict[str, QToolButton] = {}
         self._looks: dict[str, tuple[Theme, bool, str]] = {}
         column = QVBoxLayout(self)
-        column.setContentsMargins(GRID // 2, GRID, GRID // 2, GRID)
-        column.setSpacing(GRID // 2)
+        column.setContentsMargins(GRID // 2, GRID // 2, GRID // 2, GRID // 2)
+        column.setSpacing(GRID // 4)
         for name, tool in host.toolbox.tools.items():
             button = QToolButton(self)
             button.setCheckable(True)
-            button.setFixedSize(BUTTON, BUTTON)
+            button.setFixedWidth(BUTTON)
+            button.setMinimumHeight(LEAST_BUTTON)
+            button.setMaximumHeight(BUTTON)
+            button.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
             button.setIconSize(QSize(ICON, ICON))
             button.setAccessibleName(tool.title)
             button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
             button.clicked.connect(lambda _on=False, name=name: host.choose(name))
-            column.addWidget(button)
+            # In a low window all of them are lower, so that none is out of reach.
+            column.addWidget(button, BUTTON)
             self.buttons[name] = button
         column.addStretch(1)
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)

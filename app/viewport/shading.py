@@ -11,6 +11,7 @@ from app.look import rgb8
 from app.viewport.overlay import Legend
 from engine import Mesh, cotangent_stiffness, vertex_areas
 from engine.arrays import F64
+from engine.figures import figure
 
 STEPS = (1, 1.5, 2, 3, 4, 5, 6, 8, 10)  # ends of a scale, times a power of ten
 Display = Literal["clay", "zebra", "reflection", "curvature", "deviation"]
@@ -111,4 +112,4 @@ def round_up(value: float) -> float:
 
 def legend(title: str, most: float) -> Legend:
     """Return the scale of a map over -most..most."""
-    return Legend(title, DIVERGING, f"−{most:g}", "0", f"+{most:g}")
+    return Legend(title, DIVERGING, f"−{figure(most)}", "0", f"+{figure(most)}")

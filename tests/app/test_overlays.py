@@ -6,15 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QRect, QSize
+from PySide6.QtCore import QRect, QSize, Qt
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton
 
-from app.free_place import free_place
+from app.free_place import covered, free_place
 from app.opening_plate import form_seen
 from app.plugin_list import PluginList
 from app.window import Window
 from engine import Mesh
-from tests.app.driving import NONE, Pen, picture, pixels
+from tests.app.driving import NONE, Mouse, Pen, circle, picture, pixels
 
 ROOM = QSize(800, 600)
 PLATE = QSize(300, 100)
@@ -63,6 +63,38 @@ def test_the_question_about_the_unit_covers_nothing_of_a_slim_form(
     for button in window.plate.buttons.values():
         assert button.width() >= button.sizeHint().width(), "no words are cut off"
         assert window.plate.rect().contains(button.geometry())
+
+
+@pytest.mark.window
+def test_the_plate_goes_out_of_the_way(make_window, sphere: Mesh, qtbot, artefacts: Path) -> None:
+    flat = sphere.with_vertices(sphere.vertices * np.array([0.4, 3.0, 1.0]) / 1000)
+    window = make_window(flat, "light", (1280, 860))
+    view, plate = window.viewport, window.plate
+    qtbot.waitUntil(plate.isVisible)
+    # From every side where there is room beside the form, and whatever the hint says.
+    for key in (Qt.Key.Key_1, Qt.Key.Key_3, Qt.Key.Key_7, Qt.Key.Key_1):
+        qtbot.keyClick(view, key)
+        qtbot.waitUntil(lambda: not view.moving)
+        seen = form_seen(window.session, view)
+        free = lambda: covered(plate.geometry(), [window.hint.geometry()], seen) == 0  # noqa: B023, E731
+        qtbot.waitUntil(free)
+    window.hint.set_notice("What is said at length takes more of the room below the form. " * 4)
+    qtbot.waitUntil(lambda: not plate.geometry().intersects(window.hint.geometry()))
+    picture(window, artefacts, "plate beside a long hint")
+    # Who has begun to work has no use for it; the size brings it back.
+    window.hint.set_notice("")
+    Mouse().stroke(window, circle(view, 0.0, 0.0, 0.1))
+    qtbot.waitUntil(lambda: window.session.document.draft.roi is not None)
+    assert not plate.isVisible()
+    size = window.status.size_button
+    assert size.text().endswith(" mm ?"), "the unit is still in doubt"
+    qtbot.mouseClick(size, Qt.MouseButton.LeftButton)
+    assert plate.isVisible()
+    qtbot.mouseClick(plate.buttons["Metre"], Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: size.text().endswith(" m"))
+    assert window.session.document.draft.roi is not None
+    qtbot.mouseClick(size, Qt.MouseButton.LeftButton)
+    assert "What is one unit of it?" in plate.text
 
 
 @pytest.mark.window

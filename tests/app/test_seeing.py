@@ -9,7 +9,8 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QImage
 
-from app.seeing import PictureDialog, likely_unit
+from app.seeing import PictureDialog
+from app.sizes import likely_unit
 from app.viewport.recall import eye_from
 from app.window import Window
 from engine import Document, Mesh
