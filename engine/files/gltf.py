@@ -41,6 +41,26 @@ def check_gltf(data: bytes, name: str) -> tuple[int, list[str]]:
     return faces, needed
 
 
+def without_materials(data: bytes) -> bytes:
+    """Return the same model, checked before, without materials, textures and pictures.
+
+    A picture that native code cannot decode would cost the mesh; one may also be any path.
+    """
+    scene = json.loads(_parts(data)[0])
+    for unused in ("materials", "textures", "images", "samplers"):
+        scene.pop(unused, None)
+    for mesh in scene.get("meshes", []):
+        for primitive in mesh["primitives"]:
+            primitive.pop("material", None)
+    text = json.dumps(scene).encode()
+    if data[:4] != b"glTF":
+        return text
+    text += b" " * (-len(text) % 4)
+    rest = data[20 + int.from_bytes(data[12:16], "little") :]
+    whole = len(text).to_bytes(4, "little") + b"JSON" + text + rest
+    return data[:8] + (12 + len(whole)).to_bytes(4, "little") + whole
+
+
 class _WrongError(ValueError):
     """A check that failed; the text says which."""
 

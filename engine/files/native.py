@@ -11,9 +11,9 @@ import numpy as np
 
 from engine.arrays import F64, I64
 from engine.errors import FileError
-from engine.files.gltf import check_gltf
+from engine.files.gltf import check_gltf, without_materials
 from engine.files.markup import read_markup
-from engine.files.report import Change, counted
+from engine.files.report import Change, counted, shown
 from engine.files.soup import Soup
 
 has_read = False
@@ -35,6 +35,7 @@ def read_native(path: Path, data: bytes, kind: str, name: str) -> Soup:
     suffix = _SUFFIX[kind]
     if kind == "glTF":
         faces, companions = check_gltf(data, name)
+        data = without_materials(data)
         suffix = ".glb" if data[:4] == b"glTF" else suffix
     elif kind in ("DAE", "X3D"):
         faces = _triangles_announced(data, name)
@@ -101,14 +102,20 @@ def _first_line(error: Exception) -> str:
 def _bring(path: Path, companion: str, name: str) -> None:
     """Copy a file that a glTF refers to, from the glTF's own folder only."""
     folder = path.parent.resolve()
-    source = (folder / companion).resolve()
-    if folder not in source.parents or not source.is_file():
+    try:
+        source = (folder / companion).resolve()
+        there = folder in source.parents and source.is_file()
+        if there:
+            Path(companion).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(source, companion)
+    except (OSError, ValueError, RuntimeError):
+        # Too long a name, one with a zero byte, a link that leads in a circle.
+        there = False
+    if not there:
         raise FileError(
-            f"“{name}” needs the file “{companion}” beside it, which is not there. "
+            f"“{name}” needs the file “{shown(companion[:60])}” beside it, which is not there. "
             "Copy both into one folder, or save it as GLB."
         )
-    Path(companion).parent.mkdir(parents=True, exist_ok=True)
-    shutil.copyfile(source, companion)
 
 
 def _triangles_announced(data: bytes, name: str) -> int:

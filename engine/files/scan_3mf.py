@@ -14,7 +14,7 @@ import numpy as np
 from engine.arrays import F64, I64
 from engine.errors import FileError
 from engine.files.markup import read_markup
-from engine.files.report import Change, counted
+from engine.files.report import Change, counted, shown
 from engine.files.soup import INVALID, Soup
 
 # A model of text is seldom squeezed to less than a twentieth; a bomb to a thousandth.
@@ -22,6 +22,7 @@ _RATIO = 200
 _SMALL = 16 << 20
 _UNPACKED = 2 << 30
 _PLACED = 50_000_000
+_DEPTH = 100
 
 _UNPACKING_ERRORS = (
     zipfile.BadZipFile, zlib.error, struct.error, NotImplementedError, OSError, EOFError,
@@ -101,8 +102,9 @@ def _notes(model: _Model, unused: set[Key]) -> list[Change]:
             )
         )
     if model.unit != "millimeter":
+        unit = shown(model.unit[:60])
         notes.append(
-            Change("unit", f"The file's unit is {model.unit}; the numbers were kept as they are.")
+            Change("unit", f"The file's unit is {unit}; the numbers were kept as they are.")
         )
     return notes
 
@@ -115,6 +117,7 @@ def _model_texts(data: bytes, name: str) -> dict[str, bytes]:
             parts = [i for i in archive.infolist() if i.filename.lower().endswith(".model")]
             if not parts:
                 raise _damaged(name, "its archive holds no model")
+            _refuse_unreadable(parts, name)
             root = _root_part(archive)
             parts.sort(key=lambda i: "/" + i.filename.lstrip("/") != root)
             return {"/" + i.filename.lstrip("/"): _unpacked(archive, i, name) for i in parts}
@@ -129,6 +132,15 @@ def _refuse_bomb(archive: zipfile.ZipFile, packed: int, name: str) -> None:
             f"“{name}” would unpack from {packed / 1e6:.1f} MB to {whole / 1e6:,.0f} MB, which no "
             "model does. Export the model again or get another copy of the file."
         )
+
+
+def _refuse_unreadable(parts: list[zipfile.ZipInfo], name: str) -> None:
+    if any(i.flag_bits & 1 for i in parts):
+        raise FileError(
+            f"“{name}” is protected by a password and cannot be read. Save it without one."
+        )
+    if len({i.filename.lstrip("/") for i in parts}) < len(parts):
+        raise _damaged(name, "its archive holds a model twice")
 
 
 def _unpacked(archive: zipfile.ZipFile, item: zipfile.ZipInfo, name: str) -> bytes:
@@ -169,7 +181,10 @@ def _read_model(text: bytes, part: str, is_root: bool, model: _Model, name: str)
         elif tag == "triangle":
             current.triangles.append((a.get("v1", ""), a.get("v2", ""), a.get("v3", "")))
         elif tag == "object":
-            current = model.objects[part, a.get("id", "")] = _Object()
+            own = part, a.get("id", "")
+            if own in model.objects:
+                raise _damaged(name, f"it holds two objects of the number “{shown(own[1][:60])}”")
+            current = model.objects[own] = _Object()
         elif tag == "component":
             current.parts.append((key(a), a.get("transform", "")))
         elif tag == "item" and is_root:
@@ -177,7 +192,13 @@ def _read_model(text: bytes, part: str, is_root: bool, model: _Model, name: str)
         elif tag == "model" and is_root:
             model.unit = a.get("unit", "millimeter")
 
-    read_markup(text, name, start)
+    def end(tag: str) -> None:
+        nonlocal current
+        if tag == "object":
+            # What extensions keep beside objects, as slices, has vertices too.
+            current = _Object()
+
+    read_markup(text, name, start, end)
 
 
 def _refuse_loops(model: _Model, placed: list[tuple[Key, str]], name: str) -> None:
@@ -187,9 +208,12 @@ def _refuse_loops(model: _Model, placed: list[tuple[Key, str]], name: str) -> No
 
     def size(key: Key, depth: int) -> int:
         if key not in model.objects:
-            raise _damaged(name, f"it refers to the object “{key[1]}”, which it does not hold")
-        if key in open_now or depth > 100:
+            missing = shown(key[1][:60])
+            raise _damaged(name, f"it refers to the object “{missing}”, which it does not hold")
+        if key in open_now:
             raise _damaged(name, "an object is a part of itself")
+        if depth > _DEPTH:
+            raise _damaged(name, f"its parts are held in each other more than {_DEPTH} deep")
         if key not in sizes:
             open_now.add(key)
             own = model.objects[key]

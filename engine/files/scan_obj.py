@@ -15,6 +15,10 @@ from engine.files.text import Tokens, decimals, plain_text, spell_not_finite, to
 # x y z, with a weight, with a colour, with both, with a colour and its opacity.
 _VERTEX_WIDTHS = (3, 4, 6, 7, 8)
 
+# A line goes on only into numbers: a comment, a path or a name in another alphabet (whose second
+# byte may be a backslash) ends in one too, and the vertex on the next line is not a part of it.
+_CONTINUED = re.compile(rb"\\[ \t]*\n(?=[ \t]*(?:[-+.\d]|\\[ \t]*\n))")
+
 _KNOWN = (
     b"vn vt vp g o s mtllib usemtl maplib usemap l p mg deg bmat step cstype curv curv2 surf "
     b"parm trim hole scrv sp end con bevel c_interp d_interp lod shadow_obj trace_obj ctech stech "
@@ -32,8 +36,7 @@ def scan_obj(data: bytes, name: str) -> Soup:
     """
     text, notes = plain_text(data)
     if b"\\" in text:
-        # Only the text's own words are joined: a path in a mtllib line may end in a backslash too.
-        text = re.sub(rb"\\[ \t]*\n", b" ", text)
+        text = _CONTINUED.sub(b" ", text)
     tokens = tokenise(text, comment=b"#")
     heads = tokens.first[:-1]
     is_vertex = tokens.are(heads, b"v")

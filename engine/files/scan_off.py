@@ -25,7 +25,7 @@ def scan_off(data: bytes, name: str) -> Soup:
     """
     text, notes = plain_text(data)
     tokens = tokenise(text, comment=b"#")
-    at, extras = _keyword(tokens, name)
+    at = _keyword(tokens, name)
     if len(tokens.start) < at + 2:
         raise _damaged(name, "it does not say how many vertices and faces it has")
     counts, good = wholes(tokens, np.array([at, at + 1]))
@@ -42,7 +42,8 @@ def scan_off(data: bytes, name: str) -> Soup:
         )
     vertex_lines, face_lines = np.arange(first, first + n), np.arange(first + n, first + n + f)
     widths = tokens.lengths[vertex_lines]
-    if n and (widths.min() < 3 or (not extras and widths.min() != widths.max())):
+    # Where vertices have colours too: a face among them would be taken for one without.
+    if n and (widths.min() < 3 or widths.min() != widths.max()):
         odd = vertex_lines[np.argmax(widths != widths[0])]
         raise _damaged(name, f"line {int(tokens.line[odd]) + 1:,} is not a vertex like the others")
     words = tokens.first[vertex_lines, None] + np.array([0, 1, 2])
@@ -57,14 +58,14 @@ def scan_off(data: bytes, name: str) -> Soup:
     return Soup("OFF", vertices, np.where(whole, corners, INVALID), sizes, n, f, notes)
 
 
-def _keyword(tokens: Tokens, name: str) -> tuple[int, bool]:
-    """Return which word the counts begin at, and whether vertices may hold more than a place."""
+def _keyword(tokens: Tokens, name: str) -> int:
+    """Return which word the counts begin at."""
     if len(tokens.start) == 0:
         raise _damaged(name, "it holds no words")
     word = tokens.text[tokens.start[0] : tokens.end[0]].tobytes()
     found = _KEYWORD.fullmatch(word.upper() if word.islower() and word != b"noff" else word)
     if found is None:
-        return 0, False
+        return 0
     if found[2] or found[3]:
         raise FileError(
             f"“{name}” is an OFF file of another dimension than three. "
@@ -77,7 +78,7 @@ def _keyword(tokens: Tokens, name: str) -> tuple[int, bool]:
         raise FileError(
             f"“{name}” is a binary OFF file, which is not read. Save it as text OFF or as PLY."
         )
-    return 1, bool(found[1])
+    return 1
 
 
 def _damaged(name: str, fact: str) -> FileError:

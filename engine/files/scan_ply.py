@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,9 +10,9 @@ from numpy.typing import NDArray
 
 from engine.arrays import F64, I64
 from engine.errors import FileError
-from engine.files.report import Change, counted
+from engine.files.report import Change, counted, shown
 from engine.files.soup import INVALID, Soup
-from engine.files.text import decimals, plain_text, tokenise
+from engine.files.text import UTF8_MARK, decimals, plain_text, tokenise
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1",
@@ -20,7 +21,9 @@ _TYPES = {
     "float": "f4", "float32": "f4", "double": "f8", "float64": "f8",
 }  # fmt: skip
 _BODIES = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": ""}
-_HEADER_LIMIT = 1 << 20
+_HEADER_LIMIT = 1 << 24
+# The word may stand in a comment too.
+_HEADER_END = re.compile(rb"(?<=[\r\n])end_header[ \t]*")
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,11 @@ class Element:
     name: str
     count: int
     properties: tuple[Property, ...]
+
+    @property
+    def shown(self) -> str:
+        """The name as it can be printed in a sentence."""
+        return shown(self.name[:60])
 
     def column(self, name: str) -> int:
         """Return which property is called `name`, or -1."""
@@ -60,7 +68,9 @@ def scan_ply(data: bytes, name: str) -> Soup:
     StripsError
         The faces are triangle strips.
     """
-    if data[:3] != b"ply":
+    # The bytes of a binary body stay as they are: one that reads as a line end is none.
+    data = data.removeprefix(UTF8_MARK).lstrip()
+    if data[:3].lower() != b"ply":
         data = plain_text(data)[0]
     elements, order, body = _header(data, name)
     vertex, face = _known(elements, name)
@@ -119,13 +129,15 @@ def _damaged(name: str, fact: str) -> FileError:
 def _header(data: bytes, name: str) -> tuple[list[Element], str, int]:
     """Return the elements, the byte order ("" for text) and where the body begins."""
     head = data[:_HEADER_LIMIT]
-    end = head.find(b"end_header")
-    if end < 0:
+    end = _HEADER_END.search(head)
+    if end is None:
         raise _damaged(name, "its header does not end")
-    body = end + len(b"end_header")
-    # Line ends are those of the program that wrote it: LF, CRLF or CR.
-    body += 2 if data[body : body + 2] == b"\r\n" else 1
-    lines = [line.split() for line in head[:end].decode("latin-1").replace("\r", "\n").split("\n")]
+    body = end.end()
+    # Line ends are those of the program that wrote it: LF, CRLF or CR. Where they are CR, an LF
+    # behind the last one is the body's first byte.
+    body += 2 if data[body : body + 2] == b"\r\n" and b"\n" in head[: end.start()] else 1
+    text = head[: end.start()].decode("latin-1").replace("\r", "\n")
+    lines = [line.split() for line in text.split("\n")]
     order: str | None = None
     elements: list[Element] = []
     for words in lines[1:]:
@@ -136,12 +148,14 @@ def _header(data: bytes, name: str) -> tuple[list[Element], str, int]:
         elif (
             words[0] == "element" and len(words) == 3 and words[2].isascii() and words[2].isdigit()
         ):
+            if words[1] in [e.name for e in elements]:
+                raise _damaged(name, f"its header announces “{shown(words[1][:60])}” twice")
             elements.append(Element(words[1], int(words[2][:30]), ()))
         elif words[0] == "property" and elements and (made := _property(words)):
             last = elements[-1]
             elements[-1] = Element(last.name, last.count, (*last.properties, made))
         else:
-            raise _damaged(name, f"its header has the line “{' '.join(words)[:60]}”")
+            raise _damaged(name, f"its header has the line “{shown(' '.join(words)[:60])}”")
     if order is None:
         raise _damaged(name, "its header does not say whether the body is text or binary")
     return elements, order, body
@@ -192,7 +206,7 @@ class _BinaryBody:
         corners: list[I64] = []
         sizes: list[I64] = []
         if not any(p.length_type for p in element.properties):
-            raise _damaged(self._name, f"the element “{element.name}” has no list")
+            raise _damaged(self._name, f"the element “{element.shown}” has no list")
         done = 0
         ahead = 64
         while done < element.count:
@@ -256,7 +270,8 @@ class _BinaryBody:
     def _early(self, element: Element) -> FileError:
         return _damaged(
             self._name,
-            f"its header announces {element.count:,} of “{element.name}”, and the file ends before",
+            f"its header announces {element.count:,} of “{element.shown}”, and the file ends "
+            "before",
         )
 
 
@@ -273,7 +288,7 @@ class _TextBody:
         if self._line + element.count > lines:
             raise _damaged(
                 self._name,
-                f"its header announces {element.count:,} of “{element.name}”, and the file ends "
+                f"its header announces {element.count:,} of “{element.shown}”, and the file ends "
                 "before",
             )
         taken = np.arange(self._line, self._line + element.count)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from engine.arrays import F64, I64
@@ -9,10 +11,12 @@ from engine.errors import FileError
 from engine.files.defects import places
 from engine.files.report import Change, counted
 from engine.files.soup import Soup
-from engine.files.text import decimals, plain_text, tokenise
+from engine.files.text import Tokens, decimals, plain_text, tokenise
 
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _HEAD = 84
+_KNOWN = b"solid facet outer loop vertex endloop endfacet endsolid color".split()
+_WORD = re.compile(rb"\s((?:end)?(?:solid|facet)|outer|vertex|endloop)(?=\s|\Z)", re.IGNORECASE)
 
 
 def scan_stl(data: bytes, name: str) -> Soup:
@@ -70,7 +74,11 @@ def _binary(data: bytes, name: str) -> Soup:
 def _ascii(data: bytes, name: str) -> Soup:
     text, notes = plain_text(data)
     tokens = tokenise(text)
+    if not tokens.are(tokens.first[:-1], b"vertex").any():
+        # A few programs write a triangle, or all of them, on one line.
+        tokens = tokenise(_WORD.sub(rb"\n\1", text))
     heads = tokens.first[:-1]
+    notes += _unknown_lines(tokens)
     is_facet = tokens.are(heads, b"facet")
     lines = np.flatnonzero(tokens.are(heads, b"vertex"))
     facets = int(is_facet.sum())
@@ -106,6 +114,20 @@ def _ascii(data: bytes, name: str) -> Soup:
             )
         )
     return _welded(points, int(right.sum()), facets, notes)
+
+
+def _unknown_lines(tokens: Tokens) -> list[Change]:
+    """Return a note of the lines that begin with no word of the format, if there are any."""
+    heads = tokens.first[:-1]
+    unknown = ~np.any([tokens.are(heads, word) for word in _KNOWN], axis=0)
+    if not unknown.any():
+        return []
+    first = int(tokens.line[np.argmax(unknown)]) + 1
+    return [
+        Change("unknown_lines", f"{counted(int(unknown.sum()), 'line')} of no known kind passed "
+               f"over, the first at line {first:,}; what was meant there is not in the mesh.",
+               lost=True)
+    ]  # fmt: skip
 
 
 def _welded(corners: F64, triangles: int, declared: int, notes: list[Change]) -> Soup:

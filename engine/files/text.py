@@ -24,6 +24,7 @@ def _alphabet(characters: bytes) -> B1:
 _BLANK = _alphabet(b" \t\n\v\f")
 _DECIMAL = _alphabet(b"0123456789+-.eE")
 _DIGITS = _alphabet(b"0123456789")
+UTF8_MARK = codecs.BOM_UTF8
 _NOT_FINITE = frozenset({b"nan", b"inf", b"infinity", b"1.#inf", b"1.#qnan", b"1.#ind"})
 
 
@@ -31,7 +32,7 @@ def plain_text(data: bytes) -> tuple[bytes, list[Change]]:
     """Return text with LF line ends in UTF-8 without a byte order mark, and what was noticed."""
     notes: list[Change] = []
     for mark, encoding in (
-        (codecs.BOM_UTF8, "utf-8"),
+        (UTF8_MARK, "utf-8"),
         (codecs.BOM_UTF16_LE, "utf-16-le"),
         (codecs.BOM_UTF16_BE, "utf-16-be"),
     ):
