@@ -22,6 +22,7 @@ from engine.errors import (
     SketchError,
     SolveError,
 )
+from engine.figures import figure
 from engine.io import (
     EXPORT_SUFFIXES,
     IMPORT_SUFFIXES,
@@ -41,6 +42,7 @@ from engine.mesh import Mesh, Topology
 from engine.mirror import middle_plane, mirrored_region, reflected, reflection, symmetry_plane
 from engine.morph import Morph
 from engine.operators import cotangent_stiffness, mean_curvature, vertex_areas
+from engine.oversketch import redraw_part
 from engine.patch_drag import drag_patch, drag_patches
 from engine.prepared import PreparedEdit
 from engine.recipe import Kinds, Recipe, Step, UnknownStep, replay

@@ -53,7 +53,7 @@ def test_what_a_hint_offers_is_done_by_a_click(
     draw(window, qtbot, bow(view, (-0.12, 0.05), (0.12, 0.05), 0.2))
     assert (
         window.hint.text
-        == "Drag the curve to adjust, draw it again, S for another, or Enter to apply"
+        == "Drag the curve, draw it or a part of it again, S for another, Enter to apply"
     )
     picture(window, artefacts, "hint with keys")
     before = session.history.current_id

@@ -74,6 +74,7 @@ def test_a_light_pen_holds_less(window: Window, qtbot) -> None:
     region(window, qtbot)
     qtbot.mouseClick(option(window, "weights"), LEFT)
     pen = Pen()
+    pen.pressure = 1.0
     path = bow(view, *ENDS)
     pen.send(view, "press", path[0], NONE)
     for i, at in enumerate(path[1:]):

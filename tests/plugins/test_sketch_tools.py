@@ -16,7 +16,8 @@ from plugins.brush import Brush, BrushOptions
 from plugins.feature import Feature
 from plugins.lasso import Lasso, LassoOptions
 from plugins.pin import Pin
-from plugins.sketch import SourceOptions, SourceTool, TargetOptions, TargetTool, ends_behind
+from plugins.source import SourceOptions, SourceTool, ends_behind
+from plugins.target import TargetOptions, TargetTool
 
 SIZE = (400.0, 400.0)
 
@@ -301,6 +302,46 @@ def test_the_target_is_dragged_near_it_and_redrawn_elsewhere(context: FlatContex
     (again,) = do(TargetTool(), context, line((-15, -20), (15, -20))).draft.strokes
     assert again.target[:, 1].min() > 230
     assert (again.anchors == before.anchors).all()
+
+
+def test_a_target_is_drawn_again_in_part_by_a_hand_that_leaves_along_it(
+    context: FlatContext,
+) -> None:
+    chosen(context)
+    for tool, y in ((SourceTool(), 0), (TargetTool(), 10)):
+        context.document = do(tool, context, line((-28, y), (28, y), 40))
+        context.options = None
+    (before,) = context.document.draft.strokes
+    x = np.sort(before.target[:, 0])
+    start, end = x[len(x) // 4], x[3 * len(x) // 4]
+    t = np.linspace(0, 1, 40)
+    for forward in (True, False):
+        along = np.column_stack([start + t * (end - start), 180.0 - 12.0 * np.sin(np.pi * t) ** 2])
+        (after,) = do(TargetTool(), context, along if forward else along[::-1]).draft.strokes
+        moved = np.linalg.norm(after.target - before.target, axis=1)
+        outside = (before.target[:, 0] < start - 6) | (before.target[:, 0] > end + 6)
+        assert moved.max() > 9
+        assert moved[outside].max() < 1.0, "what was not drawn again stays"
+        assert (after.anchors == before.anchors).all()
+    assert "this part" in context.sayings[-1]
+
+
+def test_a_whole_target_is_drawn_again_from_its_end(context: FlatContext) -> None:
+    sketched(context)
+    (before,) = context.document.draft.strokes
+    ends = before.target[[0, -1]][np.argsort(before.target[[0, -1], 0])]
+    t = np.linspace(0, 1, 40)[:, None]
+    curve = ends[0] + t * (ends[1] - ends[0]) + np.sin(np.pi * t) * [0.0, 40.0]
+    (after,) = do(TargetTool(), context, curve).draft.strokes
+    assert after.target[:, 1].max() > before.target[:, 1].max() + 30
+    assert np.ptp(after.target[:, 0]) == pytest.approx(np.ptp(before.target[:, 0]), abs=6.0)
+    # Pulled across, the same end is dragged.
+    (after,) = do(
+        TargetTool(), context, [ends[0], ends[0] + (0, 8), ends[0] + (0, 30)]
+    ).draft.strokes
+    moved = np.linalg.norm(after.target - before.target, axis=1)
+    assert moved.max() == pytest.approx(30.0)
+    assert moved.min() == pytest.approx(0.0)
 
 
 def test_a_target_is_adjusted_in_another_view(context: FlatContext) -> None:

@@ -1,4 +1,4 @@
-"""Source and target: a curve on the form, and where it shall go (Sections 5.2, Figs. 9 and 10)."""
+"""Source: a curve on the form that will follow a target (Section 5.2.1, Fig. 9)."""
 
 from __future__ import annotations
 
@@ -21,17 +21,15 @@ from plugins.api import (
     Mesh,
     Pointer,
     Source,
-    Stroke,
     Tool,
     View,
     grown,
     option,
-    resample_target,
     silhouette_chain,
     tidy_stroke,
     trace_anchors,
 )
-from plugins.grasp import GRAB, SHORTEST, extent, falloff, lengths
+from plugins.grasp import SHORTEST, extent, lengths
 
 CLOSES = 16.0  # px: a curve whose ends come this near, after a long way, is a closed one
 COVERED = 0.9  # of a source: where less of it lies on the region, the person is told
@@ -46,7 +44,8 @@ HUGS = 8.0, 0.08  # px, and share of its length: a stroke all along so near to o
 ALONG, ALL_ALONG = 0.7, 0.95  # of a stroke: near an outline where it is meant, and else
 
 
-def _stabiliser() -> float:
+def stabiliser() -> float:
+    """Return the option of how much tremor is taken out of a stroke, px."""
     tip = "Takes the tremor of the hand out of a stroke"
     return option(4.0, "Stabiliser", tip, low=0.0, high=40.0, step=1.0, unit="px", decimals=0)
 
@@ -55,7 +54,7 @@ def _stabiliser() -> float:
 class SourceOptions:
     """How a source curve is drawn."""
 
-    stabiliser: float = _stabiliser()
+    stabiliser: float = stabiliser()
     weights: bool = option(
         False,
         "Pressure holds",
@@ -132,114 +131,6 @@ class SourceTool(Tool):
             )
         source = Source(anchors, context.view, closed, weights, outlined)
         return context.document.with_draft(replace(draft, source=source))
-
-
-@dataclass(frozen=True)
-class TargetOptions:
-    """How a target is drawn and adjusted."""
-
-    stabiliser: float = _stabiliser()
-    reach: float = option(
-        0.3,
-        "Reach",
-        "How much of the curve follows when a part of it is dragged",
-        low=0.05,
-        high=1.0,
-        step=0.05,
-        unit="of the curve",
-    )
-
-
-class TargetTool(Tool):
-    """Draws where the source shall go, and adjusts it; the surface follows."""
-
-    id = "target"
-    title = "Target"
-    tip = "Draw where the source curve should go"
-    icon = "mdi6.vector-polyline-edit"
-    shortcut = "T"
-    label = "Target curve"
-    order = 40
-    repeats = False
-    Options = TargetOptions
-
-    def available(self, document: Document) -> bool:
-        """A target needs a source."""
-        return document.draft.source is not None or bool(document.draft.acting)
-
-    def claims(self, document: Document) -> bool:
-        """After the source comes the target."""
-        return self.available(document)
-
-    def hint(self, document: Document) -> str:
-        """Say what to draw now."""
-        draft = document.draft
-        if draft.source is not None:
-            return "Turn the view if you like, then draw where the curve should go"
-        if draft.acting:
-            return (
-                "Drag the curve to adjust, draw it again, {tool.source} for another, "
-                "or {edit.apply} to apply"
-            )
-        return "Draw a source curve first: press {tool.source} and draw on the region"
-
-    def gesture(self, context: Context, pointer: Pointer) -> Gesture:
-        """Draw the target of the waiting source, take hold of one, or draw the last one again."""
-        draft = context.document.draft
-        if draft.source is None:
-            held = _held(context, pointer)
-            if held is not None:
-                return (yield from self._adjust(context, pointer, *held))
-            if not draft.acting:
-                raise EngineError("There is no source curve. Press {tool.source} and draw one.")
-        return (yield from self._draw(context, pointer))
-
-    def _draw(self, context: Context, pointer: Pointer) -> Gesture:
-        """Draw a whole target; while the hand moves, the rest of the curve goes along."""
-        draft = context.document.draft
-        view = context.view
-        if draft.source is not None:
-            source, others = draft.source, draft.strokes
-        else:
-            last = draft.acting[-1]
-            source, others = _source(last), tuple(s for s in draft.strokes if s is not last)
-        # As it is now: while the hand moves, the form that is shown is already on its way.
-        points = context.shown.vertices[source.anchors]
-        start = view.project(points)
-        context.say("Draw the whole curve where it should go")
-        path = [pointer.xy]
-        while pointer.kind != "release":
-            pointer = yield
-            path.append(pointer.xy)
-            drawn = np.array(path)
-            context.draw(drawn, "target")
-            if extent(drawn) >= SHORTEST:
-                # Not yet the outline: that takes several times as long, and the end is to come.
-                so_far = replace(_stroke(source, view, _carried(start, drawn)), outline=False)
-                context.preview(_with_strokes(context.document, (*others, so_far)))
-        if extent(np.array(path)) < SHORTEST:
-            return None
-        tidy = tidy_stroke(np.array(path), 2.0, context.options.stabiliser)
-        target = resample_target(points, tidy, view, closed=source.closed)
-        return _with_strokes(context.document, (*others, _stroke(source, view, target)))
-
-    def _adjust(
-        self, context: Context, pointer: Pointer, which: int, anchor: int, curve: F64
-    ) -> Gesture:
-        """Drag a part of a target; its neighbours along the curve follow smoothly."""
-        strokes = context.document.draft.strokes
-        grasp = np.array(pointer.xy)
-        share = falloff(curve, anchor, context.options.reach, strokes[which].closed)
-        context.say("Let go where the curve should be")
-        document: Document | None = None
-        while pointer.kind != "release":
-            pointer = yield
-            target = curve + share[:, None] * (np.array(pointer.xy) - grasp)
-            moved = _stroke(_source(strokes[which]), context.view, target)
-            changed = (*strokes[:which], moved, *strokes[which + 1 :])
-            document = _with_strokes(context.document, changed)
-            context.preview(document)
-        return document
 
 
 def _drawn(context: Context, pointer: Pointer) -> Generator[None, Pointer, tuple[F64, F64]]:
@@ -361,56 +252,3 @@ def _inside(faces: I64, all_faces: I64, roi: I64) -> I64:
     """Keep the faces whose three corners are in the region, in their order."""
     inside = np.isin(all_faces[faces], roi, kind="table").all(axis=1)
     return np.asarray(faces[inside])
-
-
-def _source(stroke: Stroke) -> Source:
-    return Source(stroke.anchors, stroke.view, stroke.closed, stroke.weights, stroke.outline)
-
-
-def _stroke(source: Source, view: View, target: F64) -> Stroke:
-    # From elsewhere the anchors are not on the outline any more: they meet the target themselves.
-    outline = source.outline and source.view == view
-    return Stroke(source.anchors, view, target, source.closed, source.weights, outline=outline)
-
-
-def _with_strokes(document: Document, strokes: tuple[Stroke, ...]) -> Document:
-    return document.with_draft(replace(document.draft, source=None, strokes=strokes))
-
-
-def _carried(start: F64, drawn: F64) -> F64:
-    """Return a target for a stroke that is still being drawn, (c, 2) px.
-
-    The part of the source as long as the path so far lies on the path; the rest is carried along
-    by the pen's tip. So nothing shrinks while the hand is on its way.
-    """
-    forward = np.linalg.norm(start[0] - drawn[0]) <= np.linalg.norm(start[-1] - drawn[0])
-    source = start if forward else start[::-1]
-    s = lengths(source)
-    t = lengths(drawn)
-    reached = s <= t[-1]
-    last = int(np.flatnonzero(reached)[-1])
-    target = source + (drawn[-1] - source[last])
-    for axis in (0, 1):
-        target[reached, axis] = np.interp(s[reached], t, drawn[:, axis])
-    return target if forward else np.ascontiguousarray(target[::-1])
-
-
-def _held(context: Context, pointer: Pointer) -> tuple[int, int, F64] | None:
-    """Return (stroke, anchor, its curve (c, 2) px now) under the pointer, or None.
-
-    In the view that the stroke was drawn in, the curve is the target itself; in any other view
-    it is where the anchors are now, and adjusting it makes a stroke of that view.
-    """
-    best: tuple[float, int, int, F64] | None = None
-    for which, stroke in enumerate(context.document.draft.strokes):
-        if stroke.hidden:
-            continue
-        if stroke.view == context.view:
-            curve = stroke.target
-        else:
-            curve = context.view.project(context.shown.vertices[stroke.anchors])
-        away = np.linalg.norm(curve - np.array(pointer.xy), axis=1)
-        anchor = int(away.argmin())
-        if away[anchor] <= GRAB and (best is None or away[anchor] < best[0]):
-            best = (float(away[anchor]), which, anchor, curve)
-    return None if best is None else best[1:]

@@ -1,0 +1,91 @@
+"""Redraw a part of a target: the stroke takes the place of what it runs beside.
+
+Source: oversketching is usual where curves are drawn by hand; the rest is as in Orbay et al. 2012,
+Section 5.2.1, Fig. 10.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from engine.arrays import F64
+from engine.sketch import (
+    _turned_offsets,
+    _without_tremor,
+    along,
+    checked_path,
+    chord_lengths,
+    source_curve,
+    target_curve,
+)
+from engine.view import View
+
+_EASE = 60.0  # px of a stroke in which it leaves the curve, if it was not set down exactly on it
+# Where a curve comes near itself, a stroke ends on the pass that is about its own length away: a
+# px more or less of length counts as so many px of distance. Below 1 an end on the curve is exact.
+_OF_LENGTH = 0.2
+
+
+def redraw_part(
+    points: ArrayLike,
+    target: ArrayLike,
+    path_px: ArrayLike,
+    view: View,
+    start: int,
+    forward: bool,
+    closed: bool = False,
+    reach: float = 0.3,
+) -> F64:
+    """Return a target with a part of it drawn anew, (c, 2) px.
+
+    The part begins at an anchor and ends where the curve is nearest to the end of the stroke. Its
+    anchors keep their shares of the length. Where the stroke does not end on the curve, what comes
+    behind goes along, less and less.
+
+    Parameters
+    ----------
+    points : (c, 3) anchors on the surface that is shown, in order.
+    target : (c, 2) where they shall project to as yet, px in `view`.
+    path_px : (p, 2) the stroke, px; it begins near `target[start]`.
+    view : the camera it was drawn in.
+    start : the anchor where the part begins.
+    forward : whether the stroke runs towards the anchors that come later, or the earlier ones.
+    closed : whether the curve is a loop; the part may then run past its first anchor.
+    reach : share of the length of the curve behind the part that goes along.
+
+    Raises
+    ------
+    SketchError
+        The stroke is only a point.
+    """
+    x = np.asarray(points, dtype=np.float64)
+    seen = view.project(source_curve(x, closed))
+    curve = target_curve(x, np.asarray(target, dtype=np.float64), view, closed)
+    path = _without_tremor(checked_path(path_px), seen, closed=False)
+    ids = np.arange(len(curve)) if forward else np.arange(len(curve))[::-1]
+    first = int(np.flatnonzero(ids == start)[0])
+    ids = np.append(np.roll(ids, -first), start) if closed else ids[first:]
+    anew = curve.copy()
+    anew[ids] = _replaced(curve[ids], path, reach * chord_lengths(curve)[-1], closed)
+    return anew + _turned_offsets(view.project(x) - seen, seen, anew, closed)
+
+
+def _replaced(ahead: F64, path: F64, reach_px: float, closed: bool) -> F64:
+    """Put the first part of a curve (m, 2) on a path (p, 2); the next `reach_px` go along."""
+    if len(ahead) < 2:
+        return ahead
+    a, t = chord_lengths(ahead), chord_lengths(path)
+    left = np.clip(1.0 - t / min(_EASE, t[-1]), 0.0, 1.0)[:, None]
+    path = path + left**2 * (ahead[0] - path[0])
+    t = chord_lengths(path)
+    away = np.linalg.norm(ahead - path[-1], axis=1)
+    cost = away + _OF_LENGTH * np.abs(a - t[-1])
+    last = 1 + int(cost[1:].argmin())
+    anew = ahead.copy()
+    anew[: last + 1] = along(path, t, a[: last + 1] * (t[-1] / max(a[last], 1e-300)))
+    behind = a[last:] - a[last]
+    fades = min(reach_px, behind[-1]) if closed else reach_px
+    share = (1.0 - np.clip(behind / max(fades, 1e-300), 0.0, 1.0) ** 2) ** 2
+    anew[last:] = ahead[last:] + share[:, None] * (path[-1] - ahead[last])
+    return anew
