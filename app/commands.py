@@ -7,7 +7,6 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-import numpy as np
 from PySide6.QtCore import QSettings
 
 from app.actions import Action, with_document, with_region
@@ -16,7 +15,7 @@ from app.symmetry import AXES, Axis
 from app.viewport.shading import Display
 from app.walk import walk
 from engine import Document, Topology
-from engine.arrays import I64, frozen
+from engine.arrays import I64
 from engine.selection import grown, inverted, seen_through, shrunk, smoothed_border
 
 if TYPE_CHECKING:
@@ -162,15 +161,9 @@ def _region(window: Window) -> list[Action]:
 
     def take_through() -> None:
         document = session.document
-        if document is None:
-            return
-        draft = document.draft
-        if draft.roi is None:
-            return
-        roi = seen_through(document.mesh, draft.roi, window.viewport.view())
-        # What was drawn lies on the larger region too, and stays.
-        wider = replace(draft, roi=frozen(roi, np.int64))
-        session.change(document.with_draft(wider), "Region through the form")
+        if document is not None and document.draft.roi is not None:
+            roi = seen_through(document.mesh, document.draft.roi, window.viewport.view())
+            session.choose_region(roi, "Region through the form", curves_stay=True)
 
     def keep() -> None:
         document = session.document

@@ -208,12 +208,15 @@ class Session(QObject):
             self._coalescing = (moment.id, label)
         self._moved_on(flowing=False)
 
-    def choose_region(self, roi: I64 | None, label: str) -> None:
-        """Take another region; an empty one is none."""
+    def choose_region(self, roi: I64 | None, label: str, *, curves_stay: bool = False) -> None:
+        """Take another region, an empty one is none; what was drawn stays if it lies on it too."""
         document = self.document
         if document is not None:
             wanted = None if roi is None or len(roi) == 0 else frozen(roi, np.int64)
-            self.change(document.with_draft(document.draft.with_roi(wanted)), label)
+            self.told.emit("")  # what was said of the region before is no longer of use
+            draft = document.draft
+            draft = replace(draft, roi=wanted) if curves_stay else draft.with_roi(wanted)
+            self.change(document.with_draft(draft), label)
 
     def keep_region(self, name: str, *, forget: bool = False) -> None:
         """Keep the region in the document under a name, or forget the one of that name."""

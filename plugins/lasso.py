@@ -20,6 +20,7 @@ from plugins.api import (
     tidy_stroke,
     without_specks,
 )
+from plugins.behind import ends_at_outline
 from plugins.grasp import GRAB, SHORTEST, extent, falloff
 
 DOUBLE_SECONDS, DOUBLE_PX = 0.4, 6.0
@@ -83,6 +84,11 @@ class Lasso(Tool):
         if roi is not None and not (first.ctrl or first.eraser):
             # What is hidden in a groove, or the lasso just missed, would stay and pinch the form.
             roi = without_specks(document.mesh.topology, roi, SPECK)
+            if not context.options.through and ends_at_outline(context, roi):
+                context.notice(
+                    "The region ends at the outline of the form; {region.through} takes the back "
+                    "as well"
+                )
         return document.with_draft(document.draft.with_roi(roi))
 
 

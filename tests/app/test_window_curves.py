@@ -192,6 +192,25 @@ def test_a_curve_on_the_outline_asks_for_the_back(window: Window, qtbot) -> None
     assert session.target_error < 1.0
 
 
+def test_a_lasso_over_the_outline_offers_the_back(window: Window, qtbot) -> None:
+    session, view = window.session, window.viewport
+    roi = region(window, qtbot, radius=0.2)
+    assert "Shift+L" not in window.hint.text, "in the middle nothing is left behind"
+    qtbot.keyClick(view, Qt.Key.Key_L)
+    view.standard_view("front", animate=False)
+    rest(window, qtbot)
+    pixels = view.view().project(session.document.mesh.vertices)
+    x = (pixels[:, 0].max() - 6 - view.width() / 2) / view.height()
+    roi = region(window, qtbot, x=x, radius=0.2)
+    assert "Shift+L" in window.hint.text
+    qtbot.keyClick(view, Qt.Key.Key_L, SHIFT)
+    rest(window, qtbot)
+    draft = session.document.draft
+    assert set(roi) < set(draft.roi)
+    assert len(draft.roi) > 1.7 * len(roi), "as much behind as before it"
+    assert "Shift+L" not in window.hint.text
+
+
 def test_what_was_said_of_a_stroke_goes_with_the_next(window: Window, qtbot) -> None:
     region(window, qtbot, radius=0.1)
     draw(window, qtbot, bow(window.viewport, (-0.05, 0.0), (0.18, 0.0)))

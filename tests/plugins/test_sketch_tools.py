@@ -12,11 +12,12 @@ from matplotlib.path import Path as Outline
 
 from engine import Decomposition, Document, Draft, EngineError, Mesh, View, decompose
 from plugins.api import Hit, Pointer, Tool
+from plugins.behind import ends_behind
 from plugins.brush import Brush, BrushOptions
 from plugins.feature import Feature
 from plugins.lasso import Lasso, LassoOptions
 from plugins.pin import Pin
-from plugins.source import SourceOptions, SourceTool, ends_behind
+from plugins.source import SourceOptions, SourceTool
 from plugins.target import TargetOptions, TargetTool
 
 SIZE = (400.0, 400.0)
