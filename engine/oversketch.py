@@ -21,7 +21,9 @@ from engine.sketch import (
 )
 from engine.view import View
 
-_EASE = 60.0  # px of a stroke in which it leaves the curve, if it was not set down exactly on it
+_EASE = 60.0  # px of a stroke in which it leaves or meets the curve, if it lies beside it there
+# An end of a stroke this near to the curve lies on it; from the second on it leads away from it.
+_MEETS, _PARTS = 20.0, 32.0
 # Where a curve comes near itself, a stroke ends on the pass that is about its own length away: a
 # px more or less of length counts as so many px of distance. Below 1 an end on the curve is exact.
 _OF_LENGTH = 0.2
@@ -40,7 +42,7 @@ def redraw_part(
     """Return a target with a part of it drawn anew, (c, 2) px.
 
     The part begins at an anchor and ends where the curve is nearest to the end of the stroke. Its
-    anchors keep their shares of the length. Where the stroke does not end on the curve, what comes
+    anchors keep their shares of the length. Where the stroke does not end near the curve, what comes
     behind goes along, less and less.
 
     Parameters
@@ -76,12 +78,16 @@ def _replaced(ahead: F64, path: F64, reach_px: float, closed: bool) -> F64:
     if len(ahead) < 2:
         return ahead
     a, t = chord_lengths(ahead), chord_lengths(path)
-    left = np.clip(1.0 - t / min(_EASE, t[-1]), 0.0, 1.0)[:, None]
-    path = path + left**2 * (ahead[0] - path[0])
-    t = chord_lengths(path)
+    ease = min(_EASE, t[-1] / 2)
+    leaves = np.clip(1.0 - t / ease, 0.0, 1.0)[:, None]
+    path = path + leaves**2 * (ahead[0] - path[0])
     away = np.linalg.norm(ahead - path[-1], axis=1)
     cost = away + _OF_LENGTH * np.abs(a - t[-1])
     last = 1 + int(cost[1:].argmin())
+    meets = np.clip((_PARTS - away[last]) / (_PARTS - _MEETS), 0.0, 1.0)
+    met = np.clip(1.0 - (t[-1] - t) / ease, 0.0, 1.0)[:, None]
+    path = path + meets * met**2 * (ahead[last] - path[-1])
+    t = chord_lengths(path)
     anew = ahead.copy()
     anew[: last + 1] = along(path, t, a[: last + 1] * (t[-1] / max(a[last], 1e-300)))
     behind = a[last:] - a[last]

@@ -26,6 +26,7 @@ from plugins.api import (
 from plugins.grasp import GRAB, SHORTEST, extent, falloff, lengths
 from plugins.source import stabiliser
 
+NEAR = 28.0  # px: a press this near to a curve may begin a part of it anew
 DECIDES = 12.0  # px a hand moves before it is told whether it drags a curve or draws it anew
 ALONG = 0.9  # cosine to the curve: a hand that leaves along it draws a part of it anew
 INWARD = 0.3  # the same at an end of the curve, where a new one may begin at a wide angle
@@ -86,27 +87,29 @@ class TargetTool(Tool):
         strokes = draft.strokes
         if draft.source is not None:
             return (yield from _draw(context, [pointer], draft.source, len(strokes)))
+        if not draft.acting:
+            raise EngineError("There is no source curve. Press {tool.source} and draw one.")
         held = _held(context, pointer)
         if held is not None:
             return (yield from _hold(context, pointer, *held))
-        if not draft.acting:
-            raise EngineError("There is no source curve. Press {tool.source} and draw one.")
         last = draft.acting[-1]
         which = next(i for i, stroke in enumerate(strokes) if stroke is last)
         return (yield from _draw(context, [pointer], _source(last), which))
 
 
-def _hold(context: Context, pointer: Pointer, which: int, anchor: int, curve: F64) -> Gesture:
+def _hold(
+    context: Context, pointer: Pointer, which: int, anchor: int, curve: F64, away: float
+) -> Gesture:
     """Drag a part of a target, its neighbours along; or, leaving along it, draw it anew.
 
     Parameters
     ----------
     which, anchor : the stroke that is held, and where on its `curve` (c, 2) px.
+    away : px from there to the press; where it is not on the curve, nothing is dragged.
     """
     stroke = context.document.draft.strokes[which]
     points = context.shown.vertices[stroke.anchors]
     share = falloff(curve, anchor, context.options.reach, stroke.closed)
-    context.say("Let go where the curve should be")
     document: Document | None = None
     hand, decided = [pointer], False
     while pointer.kind != "release":
@@ -116,11 +119,14 @@ def _hold(context: Context, pointer: Pointer, which: int, anchor: int, curve: F6
         if not decided and np.linalg.norm(motion) >= DECIDES:
             decided = True
             meant = _meant(curve, anchor, motion, stroke.closed)
-            if meant == "whole":
+            if meant == "whole" or (meant == "drag" and away > GRAB):
                 return (yield from _draw(context, hand, _source(stroke), which, points))
             if meant != "drag":
                 held = (which, anchor, curve, points, meant == "forward")
                 return (yield from _draw_part(context, hand, *held))
+        if away > GRAB:
+            continue
+        context.say("Let go where the curve should be")
         target = curve + share[:, None] * motion
         document = _with_stroke(context, which, _stroke(_source(stroke), context.view, target))
         context.preview(document)
@@ -248,8 +254,8 @@ def _carried(start: F64, drawn: F64) -> F64:
     return target if forward else np.ascontiguousarray(target[::-1])
 
 
-def _held(context: Context, pointer: Pointer) -> tuple[int, int, F64] | None:
-    """Return (stroke, anchor, its curve (c, 2) px now) under the pointer, or None.
+def _held(context: Context, pointer: Pointer) -> tuple[int, int, F64, float] | None:
+    """Return (stroke, anchor, its curve (c, 2) px now, px away) about the pointer, or None.
 
     In the view that the stroke was drawn in, the curve is the target itself; in any other view
     it is where the anchors are now, and adjusting it makes a stroke of that view.
@@ -264,6 +270,6 @@ def _held(context: Context, pointer: Pointer) -> tuple[int, int, F64] | None:
             curve = context.view.project(context.shown.vertices[stroke.anchors])
         away = np.linalg.norm(curve - np.array(pointer.xy), axis=1)
         anchor = int(away.argmin())
-        if away[anchor] <= GRAB and (best is None or away[anchor] < best[0]):
+        if away[anchor] <= NEAR and (best is None or away[anchor] < best[0]):
             best = (float(away[anchor]), which, anchor, curve)
-    return None if best is None else best[1:]
+    return None if best is None else (*best[1:], best[0])

@@ -325,6 +325,13 @@ def test_a_target_is_drawn_again_in_part_by_a_hand_that_leaves_along_it(
         assert moved[outside].max() < 1.0, "what was not drawn again stays"
         assert (after.anchors == before.anchors).all()
     assert "this part" in context.sayings[-1]
+    # Set down beside the curve, the hand draws a part of it all the same, but drags nothing.
+    (after,) = do(TargetTool(), context, along + np.array([0.0, 16.0])).draft.strokes
+    moved = np.linalg.norm(after.target - before.target, axis=1)
+    assert moved[outside].max() < 1.0 < 5.0 < moved.max()
+    across = before.target[len(x) // 2] + np.array([[0.0, 20.0], [0.0, 26.0], [0.0, 40.0]])
+    (after,) = do(TargetTool(), context, across).draft.strokes
+    assert np.ptp(after.target[:, 1]) == pytest.approx(20.0, abs=2.0), "a new curve"
 
 
 def test_a_whole_target_is_drawn_again_from_its_end(context: FlatContext) -> None:
