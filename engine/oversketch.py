@@ -42,8 +42,8 @@ def redraw_part(
     """Return a target with a part of it drawn anew, (c, 2) px.
 
     The part begins at an anchor and ends where the curve is nearest to the end of the stroke. Its
-    anchors keep their shares of the length. Where the stroke does not end near the curve, what comes
-    behind goes along, less and less.
+    anchors keep their shares of the length. Where the stroke does not end near the curve, what
+    comes behind goes along, less and less.
 
     Parameters
     ----------
