@@ -100,7 +100,7 @@ def ids_from_text(text: str) -> I64:
         good = all(len(pair) in (1, 2) for pair in pairs)
     except (ValueError, OverflowError):
         good = False
-    if not good or (last < first).any() or (first < 0).any() or (last > MOST_IDS).any():
+    if not good or (last < first).any() or (last > MOST_IDS).any():
         raise RecipeError(
             "A list of vertex ids cannot be read. Write ranges of whole numbers, such as “3-17 20”."
         )

@@ -112,12 +112,14 @@ def fitting_plane(mesh: Mesh) -> tuple[float, ...]:
     An edit on one side pulls the middle of the whole mesh along; so the plane is fitted again to
     the share of the mesh that it fits best, by Gauss-Newton steps on the distances
     r = (x* - q) . n_q from the mirror images x* = x - 2 (n . x - d) n to the tangent planes at
-    their closest vertices q.
+    their closest vertices q. It turns about the middle: far from it a turn would be a shift.
     """
     ids = np.flatnonzero(mesh.topology.used_vertices)
-    everywhere, normals = mesh.vertices[ids], mesh.vertex_normals[ids]
+    middle = mesh.vertices[ids].mean(axis=0)
+    everywhere, normals = mesh.vertices[ids] - middle, mesh.vertex_normals[ids]
     tree, x = cKDTree(everywhere), everywhere[:: max(1, len(ids) // SAMPLES)]
     plane = np.array(symmetry_plane(mesh)[0])
+    plane[3] -= plane[:3] @ middle
     for _ in range(FITS):
         n, d = plane[:3], plane[3]
         image = reflected(x, tuple(plane.tolist()))
@@ -133,6 +135,7 @@ def fitting_plane(mesh: Mesh) -> tuple[float, ...]:
         change = np.linalg.lstsq(J, -r, rcond=1e-3)[0]
         normal = n + across.T @ change[:2]
         plane = np.append(normal, d + change[2] * mesh.diagonal) / np.linalg.norm(normal)
+    plane[3] += plane[:3] @ middle
     return tuple(plane.tolist())
 
 

@@ -45,6 +45,19 @@ def test_every_place_of_a_triangle_is_found() -> None:
     assert len(closest_points(one, np.zeros((0, 3))).points) == 0
 
 
+def test_of_the_faces_around_a_vertex_every_one_is_tried() -> None:
+    angle = np.linspace(0, 2 * np.pi, 6, endpoint=False)
+    ring = np.column_stack([np.cos(angle), np.sin(angle), -0.5 * np.ones(6)])
+    faces = [[6, i, (i + 1) % 6] for i in range(6)]
+    tent = Mesh(np.vstack([ring, [[0, 0, 0]]]), faces)
+    middle = tent.vertices[tent.faces].mean(axis=1)
+    above = middle + 0.3 * tent.face_normals / np.linalg.norm(tent.face_normals, axis=1)[:, None]
+    found = closest_points(tent, above)
+    assert (found.faces == np.arange(6)).all()
+    assert found.points == pytest.approx(middle)
+    assert found.distances == pytest.approx(0.3)
+
+
 def test_on_a_thin_wall_the_side_that_faces_the_same_way_is_meant() -> None:
     x, y = np.meshgrid(np.arange(6.0), np.arange(6.0))
     i = np.arange(36).reshape(6, 6)

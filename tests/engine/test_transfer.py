@@ -57,6 +57,14 @@ def heights(mesh: Mesh) -> F64:
     return np.asarray((mesh.vertices[near, 2] * weight).sum(axis=1) / weight.sum(axis=1))
 
 
+def lumpy() -> Mesh:
+    """A form that fits on itself in one way only."""
+    ball = sphere(3)
+    lump = ball.vertices * [1.0, 1.4, 2.0]
+    lump[:, 0] += 0.4 * np.exp(-4 * ((lump - [0.8, 0.5, 0.9]) ** 2).sum(axis=1))
+    return Mesh(lump, ball.faces)
+
+
 def moved(mesh: Mesh) -> tuple[Mesh, F64]:
     """The mesh elsewhere, turned, and three times as large; and the way there."""
     R = 3.0 * Rotation.from_rotvec([0.4, -0.8, 2.0]).as_matrix()
@@ -104,16 +112,23 @@ def test_elsewhere_and_at_another_size() -> None:
 
 
 def test_the_alignment_is_found() -> None:
-    ball = sphere(3)
-    lump = ball.vertices * [1.0, 1.4, 2.0]
-    lump[:, 0] += 0.4 * np.exp(-4 * ((lump - [0.8, 0.5, 0.9]) ** 2).sum(axis=1))
-    mesh = Mesh(lump, ball.faces)
+    mesh = lumpy()
     other, there = moved(mesh)
     found = align(other, mesh)
     assert np.abs(found.matrix @ there - np.eye(4)).max() < 1e-3
     assert found.scale == pytest.approx(1 / 3, rel=1e-3)
     assert found.rms < 1e-3
     assert align(mesh, mesh).rms == pytest.approx(0, abs=1e-12)
+
+
+def test_without_an_alignment_the_best_one_is_taken() -> None:
+    mesh = lumpy()
+    roi = np.flatnonzero(mesh.vertices[:, 0] > 0.7)
+    found = transfer(Recipe((Raise(roi),)), mesh, moved(mesh)[0])
+    step = found.recipe.steps[0]
+    assert isinstance(step, Raise)
+    assert (step.roi == roi).all()
+    assert found.report.scale == pytest.approx(3, rel=1e-3)
 
 
 def test_steps_of_plugins_are_carried_and_meet_the_changed_shape() -> None:

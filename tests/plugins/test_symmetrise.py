@@ -92,6 +92,10 @@ def test_an_edit_on_one_side_does_not_pull_the_plane_along() -> None:
     assert abs(plane[:3] @ turn[:, 0]) > np.cos(np.radians(0.5))
     middle = np.array([7.0, 8.0, 9.0])
     assert abs(plane[:3] @ middle - plane[3]) < 0.003 * egg.diagonal
+    shift = 300 * egg.diagonal * np.array([1.0, -2.0, 0.5])
+    far = np.array(fitting_plane(Mesh(horn.vertices + shift, horn.faces)))
+    assert far[:3] == pytest.approx(plane[:3], abs=1e-6), "wherever the model stands"
+    assert far[3] - far[:3] @ shift == pytest.approx(plane[3], abs=1e-6 * egg.diagonal)
 
 
 def test_a_region_fades_out_at_its_rim(dented: Mesh) -> None:
