@@ -5,16 +5,24 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QHideEvent
 from PySide6.QtWidgets import QLabel, QLineEdit, QVBoxLayout, QWidget
 
 WIDTH = 320
 
 
 class Ask(QWidget):
-    """A popup with a line."""
+    """A popup with a line.
 
-    def __init__(self, parent: QWidget) -> None:
+    Parameters
+    ----------
+    parent : what it appears over.
+    form : gets the keys when it goes.
+    """
+
+    def __init__(self, parent: QWidget, form: QWidget) -> None:
         super().__init__(parent, Qt.WindowType.Popup)
+        self._form = form
         self._over = parent
         self.setObjectName("ask")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
@@ -42,6 +50,11 @@ class Ask(QWidget):
         self.move(corner.x() + (over.width() - WIDTH) // 2, corner.y() + 96)
         self.show()
         self.line.setFocus()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Give the keys to the form, not to whatever comes next in the window."""
+        super().hideEvent(event)
+        self._form.setFocus()
 
     def _take(self) -> None:
         text = self.line.text().strip()

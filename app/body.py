@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
     QFrame,
@@ -15,7 +16,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.panels.panel import Panel
+
 PANEL_WIDTH = 304
+LOW = 760  # px below which the panels have too little height
 
 
 class Body(QWidget):
@@ -26,6 +30,7 @@ class Body(QWidget):
     rail : the tools, at the left edge.
     strip : the options of the tool, above the form.
     viewport : the form.
+    below : a bar below the form, for as long as it is shown.
     panels : from top to bottom; the last takes the room that is left.
 
     Attributes
@@ -35,16 +40,22 @@ class Body(QWidget):
     """
 
     def __init__(
-        self, rail: QWidget, strip: QWidget, viewport: QWidget, panels: Sequence[QWidget]
+        self,
+        rail: QWidget,
+        strip: QWidget,
+        viewport: QWidget,
+        below: QWidget,
+        panels: Sequence[Panel],
     ) -> None:
         super().__init__()
         self.split = QSplitter(Qt.Orientation.Horizontal, self)
         self.split.setChildrenCollapsible(False)
         self.split.addWidget(viewport)
-        self.side = _side(panels)
+        self.side = Side(panels)
         self._middle = _tight(QVBoxLayout())
         self._middle.addWidget(strip)
         self._middle.addWidget(self.split, 1)
+        self._middle.addWidget(below)
         row = _tight(QHBoxLayout(self))
         row.addWidget(rail)
         row.addLayout(self._middle, 1)
@@ -59,21 +70,32 @@ class Body(QWidget):
         self.split.setSizes([half, half])
 
 
-def _side(panels: Sequence[QWidget]) -> QScrollArea:
-    """Return the panels below each other, with rules between them."""
-    inside = QWidget()
-    column = _tight(QVBoxLayout(inside))
-    for i, panel in enumerate(panels):
-        if i > 0:
-            column.addWidget(_rule())
-        column.addWidget(panel, 1 if i == len(panels) - 1 else 0)
-    side = QScrollArea()
-    side.setWidget(inside)
-    side.setWidgetResizable(True)
-    side.setFrameShape(QFrame.Shape.NoFrame)
-    side.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-    side.setFixedWidth(PANEL_WIDTH)
-    return side
+class Side(QScrollArea):
+    """The panels below each other, with rules between them; the last takes what is left.
+
+    Where their height is not there, they are asked to be content with less before it scrolls.
+    """
+
+    def __init__(self, panels: Sequence[Panel]) -> None:
+        super().__init__()
+        self._panels = panels
+        inside = QWidget()
+        column = _tight(QVBoxLayout(inside))
+        for i, panel in enumerate(panels):
+            if i > 0:
+                column.addWidget(_rule())
+            column.addWidget(panel, 1 if i == len(panels) - 1 else 0)
+        self.setWidget(inside)
+        self.setWidgetResizable(True)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setFixedWidth(PANEL_WIDTH)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Tell the panels whether the window is low."""
+        super().resizeEvent(event)
+        for panel in self._panels:
+            panel.set_low(self.height() < LOW)
 
 
 def _tight(layout: QBoxLayout) -> QBoxLayout:

@@ -151,7 +151,7 @@ class MorphBar(QFrame):
     def _slider(self, words: str, tip: str) -> QSlider:
         slider = QSlider(Qt.Orientation.Horizontal, self)
         slider.setRange(0, SLIDES)
-        slider.setMinimumWidth(48)
+        slider.setMinimumWidth(24)
         slider.setMaximumWidth(240)
         slider.setMinimumHeight(32)
         slider.setToolTip(tip)
@@ -164,7 +164,6 @@ class MorphBar(QFrame):
         self._row.addWidget(QLabel(words, self))
         self._row.addWidget(slider, 4)
         self._row.addWidget(share)
-        self._row.addSpacing(GRID)
         return slider
 
 

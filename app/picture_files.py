@@ -9,8 +9,9 @@ from PySide6.QtGui import QImage, QImageWriter
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from app.recent import last_folder
-from app.seeing import PictureDialog, TraceBar, picture_file
+from app.seeing import PictureDialog, picture_file
 from app.session import Session
+from app.trace_bar import TraceBar
 from app.viewport import Viewport
 from engine import FileError
 from engine.files.place import readable_size, write_file

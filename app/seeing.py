@@ -1,23 +1,18 @@
-"""Kept views, pictures, the picture to trace, ambient occlusion, and a flip between two steps."""
+"""Kept views, the base alone, ambient occlusion, a flip between two steps, saving a picture."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QRectF, Qt
-from PySide6.QtGui import QIcon, QImage
+from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import (
     QCheckBox,
     QDialog,
     QDialogButtonBox,
     QFileDialog,
     QFormLayout,
-    QFrame,
-    QHBoxLayout,
     QLabel,
-    QPushButton,
-    QSlider,
     QSpinBox,
     QWidget,
 )
@@ -31,7 +26,6 @@ if TYPE_CHECKING:
 
 LARGEST_PICTURE = 8192
 BASE_WORDS = "The base of the region, whatever the level. {view.base} shows your form again"
-MARGIN = 12
 
 
 def seeing(window: Window) -> list[Action]:
@@ -155,78 +149,6 @@ class PictureDialog(QDialog):
 
     def _show_height(self) -> None:
         self.height_label.setText(f"{self.size_in_pixels[1]} px")
-
-
-class TraceBar(QFrame):
-    """Fades, sizes, moves and takes away the picture to trace."""
-
-    def __init__(self, viewport: Viewport) -> None:
-        super().__init__(viewport)
-        # A pen on the bar does not draw on the form below it.
-        self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
-        self._viewport = viewport
-        self._image = QImage()
-        self.setObjectName("trace")
-        self.setCursor(Qt.CursorShape.ArrowCursor)
-        self.setStyleSheet(
-            "#trace { background: palette(window); border: 1px solid palette(mid);"
-            " border-radius: 8px; }"
-        )
-        row = QHBoxLayout(self)
-        row.setContentsMargins(12, 4, 8, 4)
-        row.addWidget(QLabel("Picture to trace", self))
-        self.fade = self._slider(row, "Shows", 0, 100, 50)
-        self.size_slider = self._slider(row, "Size", 10, 300, 100)
-        self.across = self._slider(row, "Across", -100, 100, 0)
-        self.down = self._slider(row, "Down", -100, 100, 0)
-        gone = QPushButton("Remove", self)
-        gone.clicked.connect(self.remove)
-        row.addWidget(gone)
-        self.hide()
-
-    def _slider(self, row: QHBoxLayout, words: str, low: int, high: int, start: int) -> QSlider:
-        row.addWidget(QLabel(words, self))
-        slider = QSlider(Qt.Orientation.Horizontal, self)
-        slider.setRange(low, high)
-        slider.setValue(start)
-        slider.setFixedWidth(84)
-        slider.setAccessibleName(words)
-        slider.valueChanged.connect(self._lay)
-        row.addWidget(slider)
-        return slider
-
-    def trace(self, image: QImage) -> None:
-        """Lay a picture over the form, in the middle and half shown."""
-        self._image = image
-        for slider, start in (
-            (self.fade, 50),
-            (self.size_slider, 100),
-            (self.across, 0),
-            (self.down, 0),
-        ):
-            slider.blockSignals(True)
-            slider.setValue(start)
-            slider.blockSignals(False)
-        self._lay()
-        self.adjustSize()
-        self.move(MARGIN, self._viewport.height() - self.height() - 72)
-        self.show()
-        self.raise_()
-
-    def remove(self) -> None:
-        """Take the picture away."""
-        self._viewport.set_backdrop(None)
-        self.hide()
-
-    def _lay(self) -> None:
-        view, image = self._viewport, self._image
-        fit = min(view.width() / max(image.width(), 1), view.height() / max(image.height(), 1))
-        scale = fit * self.size_slider.value() / 100
-        width, height = image.width() * scale, image.height() * scale
-        left = (view.width() - width) / 2 + self.across.value() / 100 * view.width() / 2
-        top = (view.height() - height) / 2 + self.down.value() / 100 * view.height() / 2
-        place = QRectF(left, top, width, height)
-        view.set_backdrop(image, self.fade.value() / 100, place)
 
 
 def picture_file(parent: QWidget, folder: str) -> Path | None:

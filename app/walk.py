@@ -15,7 +15,7 @@ def parts(window: Window) -> list[QWidget]:
     """Return the parts that can take the keys now, in the order they are walked."""
     panels = (window.level, window.edit, window.steps)
     morph = () if window.compare is None else (window.compare.morph,)
-    every = (window.viewport, window.rail, window.strip, *morph, *panels)
+    every = (window.viewport, window.rail, window.strip, window.trace_bar, *morph, *panels)
     return [part for part in every if part.isVisible() and entrance(part) is not None]
 
 

@@ -34,8 +34,9 @@ class Welcome(QFrame):
         self._theme: Theme | None = None
         self._reached = 0
         grid = QGridLayout(self)
-        grid.setContentsMargins(16, 12, 20, 12)
-        grid.setHorizontalSpacing(12)
+        # Narrow: it lies over the form in a small window.
+        grid.setContentsMargins(12, 8, 12, 8)
+        grid.setHorizontalSpacing(8)
         grid.setVerticalSpacing(8)
         self._signs = [QLabel(self) for _ in STEPS]
         self._lines = [QLabel(text, self) for text in STEPS]

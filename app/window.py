@@ -35,7 +35,6 @@ from app.plate import Plate
 from app.plugin_list import PluginList, all_failures
 from app.recent import remember
 from app.safety import Safety
-from app.seeing import TraceBar
 from app.session import Session
 from app.stage import Stage
 from app.start_level import StartLevel
@@ -44,6 +43,7 @@ from app.symmetry import Symmetry
 from app.thumbnails import Thumbnails
 from app.toolbox import Toolbox
 from app.toolhost import ToolHost
+from app.trace_bar import TraceBar
 from app.viewport import Viewport
 from app.welcome import Welcome
 from engine import Document
@@ -85,7 +85,7 @@ class Window(QMainWindow):
         self.rail = ToolRail(self.toolhost, self)
         self.strip = ToolStrip(self.toolhost, self)
         self.status = Status(self.session, self)
-        self.ask = Ask(self)
+        self.ask = Ask(self, self.viewport)
         self.plate = Plate(self.viewport, lambda: form_seen(self.session, self.viewport))
         StartLevel(self.session, lambda: self.toolhost.in_gesture, self)
         self.opening = OpeningPlate(self.session, self.files, self.plate)
@@ -94,7 +94,8 @@ class Window(QMainWindow):
         self.picture_files = PictureFiles(self.session, self.viewport, self.trace_bar, self)
         self._held_key = HeldKey(self.stage, self)
         self._keys: Keys | None = None
-        self.body = Body(self.rail, self.strip, self.viewport, (self.level, self.edit, self.steps))
+        panels = (self.level, self.edit, self.steps)
+        self.body = Body(self.rail, self.strip, self.viewport, self.trace_bar, panels)
         self.setCentralWidget(self.body)
         self.setStatusBar(self.status)
         self.actions_table.add(commands(self))
@@ -106,6 +107,7 @@ class Window(QMainWindow):
         self._dress(appearance.theme)
         self.refresh()
         self.resize(*FIRST_SIZE)
+        self.viewport.setFocus()  # keys mean the form until a part is given them
         geometry = QSettings().value("window/geometry")
         if isinstance(geometry, QByteArray):
             self.restoreGeometry(geometry)

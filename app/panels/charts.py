@@ -53,8 +53,12 @@ class Chart(QWidget):
         painter.setFont(font)
         below = QRectF(0, HEIGHT, self.width(), CAPTION)
         align = Qt.AlignmentFlag
-        painter.drawText(below, align.AlignLeft | align.AlignVCenter, self.words[0])
-        painter.drawText(below, align.AlignRight | align.AlignVCenter, self.words[1])
+        name, value = self.words
+        measure = painter.fontMetrics()
+        both = measure.horizontalAdvance(name) + 8 + measure.horizontalAdvance(value)
+        if both <= self.width():  # else the tooltip tells its name
+            painter.drawText(below, align.AlignLeft | align.AlignVCenter, name)
+        painter.drawText(below, align.AlignRight | align.AlignVCenter, value)
         painter.end()
 
     def paint(self, painter: QPainter, field: QRectF, theme: Theme) -> None:

@@ -6,6 +6,7 @@ import math
 
 from PySide6.QtCore import QSignalBlocker, Qt, QTimer
 from PySide6.QtWidgets import (
+    QBoxLayout,
     QGridLayout,
     QHBoxLayout,
     QLabel,
@@ -107,8 +108,11 @@ class LevelPanel(Panel):
         self._modes_row.hide()
         self.body.addLayout(figures)
         self.body.addWidget(self._modes_row)
-        self.body.addWidget(self.histogram)
-        self.body.addWidget(self.curve)
+        self._pair = QBoxLayout(QBoxLayout.Direction.TopToBottom)
+        self._pair.setSpacing(GRID)
+        self._pair.addWidget(self.histogram)
+        self._pair.addWidget(self.curve)
+        self.body.addLayout(self._pair)
         self._charts = QTimer(self)
         self._charts.setSingleShot(True)
         self._charts.setInterval(CHART_MS)
@@ -130,6 +134,11 @@ class LevelPanel(Panel):
         row.addWidget(slider, 1)
         row.addWidget(words[1])
         return row
+
+    def set_low(self, on: bool) -> None:
+        """Put the two charts side by side in a low window: the steps need the height more."""
+        way = QBoxLayout.Direction
+        self._pair.setDirection(way.LeftToRight if on else way.TopToBottom)
 
     def set_viewer(self, viewer: ModesViewer) -> None:
         """Let the button show modes in `viewer`."""

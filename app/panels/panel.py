@@ -74,6 +74,9 @@ class Panel(QWidget):
         """Show a short text beside the title, visible even when folded."""
         self._note.setText(text)
 
+    def set_low(self, on: bool) -> None:
+        """Take less height where there is little; a panel that cannot stays as it is."""
+
     def dress(self, theme: Theme) -> None:
         """Take the colours of `theme`."""
         self._theme = theme

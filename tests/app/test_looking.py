@@ -51,6 +51,11 @@ def dark(form: Image) -> float:
     return float((form.max(axis=1) < 60).mean())
 
 
+def red_of(form: Image) -> float:
+    """How much more red than blue there is, 0 to 255."""
+    return float((form[:, 0] - form[:, 2]).mean())
+
+
 def blue(form: Image) -> float:
     return float((form[:, 2] - form[:, 0] > 30).mean())
 
@@ -338,10 +343,11 @@ def test_a_picture_to_trace_is_chosen_faded_by_keys_and_removed(
     through_menus(window, "View", "Picture to trace")
     bar = window.trace_bar
     assert soon(bar.isVisible)
-    half = on_form(window)
-    assert (half[:, 0] - plain[:, 0]).mean() > 20, "red lies over the form"
+    at_rest(window, qtbot)
+    assert not bar.geometry().intersects(window.body.split.geometry()), "below the form, not on it"
+    assert red_of(on_form(window)) > red_of(plain) + 20, "red lies over the form"
     press(bar.fade, Qt.Key.Key_Home)
-    assert np.abs(on_form(window) - plain).max() <= 2, "faded to nothing"
+    assert abs(red_of(on_form(window)) - red_of(plain)) <= 2, "faded to nothing"
     press(bar.fade, Qt.Key.Key_End)
     assert (on_form(window) == (255, 0, 0)).all(), "nothing but the picture"
     for _ in range(9):
@@ -349,6 +355,8 @@ def test_a_picture_to_trace_is_chosen_faded_by_keys_and_removed(
     assert (on_form(window) != (255, 0, 0)).any(), "moved aside"
     remove = next(b for b in bar.children() if getattr(b, "text", str)() == "Remove")
     qtbot.mouseClick(remove, LEFT)
+    assert soon(lambda: len(on_form(window)) == len(plain)), "its room is the form's again"
+    at_rest(window, qtbot)
     assert np.abs(on_form(window) - plain).max() <= 2
 
 
