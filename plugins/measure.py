@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from plugins.api import Context, EngineError, Gesture, Pointer, Tool
+from plugins.api import Context, EngineError, Gesture, Pointer, Tool, figure
 
 
 class Measure(Tool):
@@ -28,7 +28,7 @@ class Measure(Tool):
             if last is None:
                 continue
             length = float(np.linalg.norm(last.point - first.point))
-            text = f"{length:.4g} {context.document.unit}"
+            text = f"{figure(length)} {context.document.unit}"
             context.span(first.point, last.point, text)
             context.say(text)
         return None
