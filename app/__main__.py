@@ -10,6 +10,7 @@ for _name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
 import argparse
+import io
 import logging
 import sys
 from collections.abc import Sequence
@@ -17,11 +18,18 @@ from pathlib import Path
 
 DEMOS = ("vase", "tank", "drill", "plate")
 REFUSED = 2
+FAILED = 3
 INTERRUPTED = 130
+LONGEST = 1000
+"""Characters of a sentence that are printed: what a file was made to say may be longer."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line and return the exit code: 0 done, 2 refused, 130 interrupted."""
+    """Run the command line and return the exit code.
+
+    0 done, 1 done in part, 2 refused, 3 a bug of ours, 130 interrupted.
+    """
+    _print_any_name()
     given = _parser().parse_args(_with_command(sys.argv[1:] if arguments is None else arguments))
     logging.basicConfig(
         level=logging.INFO if given.verbose else logging.WARNING,
@@ -32,10 +40,39 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return int(given.run(given))
     except EngineError as error:
-        print(f"eigenform: {error}", file=sys.stderr)
+        _say(str(error))
         return REFUSED
     except KeyboardInterrupt:
         return INTERRUPTED
+    except BrokenPipeError:
+        # Whoever read what is printed has gone; what is still to be flushed must not fail again.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return REFUSED
+    except MemoryError:
+        _say("This needs more memory than there is. Use a mesh with fewer faces.")
+        return REFUSED
+    except Exception as error:
+        logging.getLogger(__name__).info("the bug in full", exc_info=error)
+        _say(
+            f"Something went wrong in Eigenform itself ({type(error).__name__}: {error}). "
+            "Please report it with what the same command says under --verbose."
+        )
+        return FAILED
+
+
+def _say(sentence: str) -> None:
+    """Print a sentence on one line of standard error, whatever names and numbers are in it."""
+    from engine.files.report import shown
+
+    text = shown(sentence)
+    print(f"eigenform: {text[:LONGEST]}{'…' if len(text) > LONGEST else ''}", file=sys.stderr)
+
+
+def _print_any_name() -> None:
+    """Let a file name that the terminal's encoding does not know be printed with escapes."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def has_display() -> bool:

@@ -44,6 +44,8 @@ NATIVE = "native-*.log"
 KEPT_LINES = 60
 KEPT_REPORTS = 20
 SAME_SECONDS = 2.0
+LONGEST = 100_000
+"""Characters of a report: the message of an error may hold a whole array."""
 PACKAGES = ("eigenform", "PySide6-Essentials", "vtk", "pyvista", "pyvistaqt", "numpy", "scipy")
 
 
@@ -112,12 +114,22 @@ class CrashWatch(QObject):
         if issubclass(kind, KeyboardInterrupt):
             sys.__excepthook__(kind, error, trace)
             return
-        text = "".join(traceback.format_exception(kind, error, trace))
+        try:
+            self._report(kind, error, trace)
+        except Exception as second:  # noqa: BLE001
+            # Nothing catches what fails in here; both are at least printed.
+            sys.__excepthook__(kind, error, trace)
+            sys.__excepthook__(type(second), second, second.__traceback__)
+
+    def _report(
+        self, kind: type[BaseException], error: BaseException, trace: TracebackType | None
+    ) -> None:
+        text = _printable("".join(traceback.format_exception(kind, error, trace)))
         before, self._latest = self._latest, (text, time.monotonic())
         if before[0] == text and self._latest[1] - before[1] < SAME_SECONDS:
             return  # a paint event fails again with every frame: once is enough
         log.error("Nobody caught this:\n%s", text)
-        report = f"{about()}\n{text}\nLast log lines:\n{self._lines.text}"
+        report = f"{about()}\n{text}\nLast log lines:\n{_printable(self._lines.text)}"
         self._keep(report)
         self._caught.emit(report)
 
@@ -147,12 +159,24 @@ class _LastLines(logging.Handler):
         self._kept: deque[str] = deque(maxlen=KEPT_LINES)
 
     def emit(self, record: logging.LogRecord) -> None:
-        self._kept.append(f"{record.levelname} {record.name}: {record.getMessage()}"[:500])
+        try:
+            self._kept.append(f"{record.levelname} {record.name}: {record.getMessage()}"[:500])
+        except Exception:  # noqa: BLE001
+            # A line that cannot be put together must not stop the work that it is about.
+            self.handleError(record)
 
     @property
     def text(self) -> str:
         """The lines, oldest first."""
         return "\n".join(self._kept)
+
+
+def _printable(text: str) -> str:
+    """Return a text that can be written and copied: shortened in its middle, and all in UTF-8."""
+    text = text.encode("utf-8", "backslashreplace").decode()
+    if len(text) <= LONGEST:
+        return text
+    return f"{text[: LONGEST // 2]}\n… cut …\n{text[-LONGEST // 2 :]}"
 
 
 def about() -> str:
@@ -176,6 +200,9 @@ def native_crashes(folder: Path) -> list[str]:
     """
     found: list[str] = []
     for path in sorted(folder.glob(NATIVE)):
+        if not os.path.isfile(path):  # noqa: PTH113
+            # Path.is_file raises where a folder may not be entered; a pipe would never answer.
+            continue
         with contextlib.suppress(OSError):
             with path.open("r+b") as file:
                 if try_lock(file) is not True:

@@ -13,7 +13,7 @@ import numpy as np
 from PIL import Image
 
 from app.headless import open_for, sketch_figures, write_json
-from app.pictures import Curve, Ink, Studio, sheet
+from app.pictures import Curve, Ink, Studio, sheet, write_picture
 from engine import F64, I64, FileError, Mesh, Recipe, Run, SketchEdit, View, save
 from engine.files.place import write_file
 from plugins.registry import kinds
@@ -48,7 +48,7 @@ class Album:
         self.pictures.append((caption, picture))
         name = "".join(c if c.isalnum() else "-" for c in caption.lower()).strip("-")
         path = self.folder / f"{len(self.pictures):02d}-{name}.png"
-        picture.save(path)
+        write_picture(picture, path)
         return path
 
     def write_sheet(self, title: str, columns: int) -> Path:
@@ -60,7 +60,8 @@ class Album:
         width, height = self.pictures[0][1].size
         scale = 560 / max(width, height)
         path = self.folder / f"figure-{title.split()[1].rstrip(':')}.png"
-        sheet(lettered, columns, (round(width * scale), round(height * scale)), title).save(path)
+        cell = (round(width * scale), round(height * scale))
+        write_picture(sheet(lettered, columns, cell, title), path)
         return path
 
 
@@ -75,7 +76,9 @@ def demo(name: str, folder: Path) -> Iterator[Path]:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise FileError(f"The folder {folder} cannot be made: {error.strerror}.") from error
+        raise FileError(
+            f"The folder {folder} cannot be made: {error.strerror}. Choose another with --out."
+        ) from error
     drawn = read_example(name)
     mesh = original = open_for(drawn.recipe, sample_path(name), force=False)
     run = Run()

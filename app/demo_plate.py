@@ -13,7 +13,7 @@ from PIL import Image
 
 from app.charts import curve, histogram
 from app.headless import sketch_figures
-from app.pictures import Studio, sheet
+from app.pictures import Studio, sheet, write_picture
 from engine import F64, Decomposition, Mesh, Run, SketchEdit, View, decompose
 from engine.view import look_at
 
@@ -98,7 +98,7 @@ def _cutoffs(parts: Decomposition, folder: Path) -> Path:
     cutoffs = [parts.cutoff(int(k)) for k in counts]
     path = folder / "figure-08.png"
     labels = ("modes", "cutoff of |H| in 1/mm")
-    curve(counts, cutoffs, labels, [k for k in COUNTS if k <= parts.k]).save(path)
+    write_picture(curve(counts, cutoffs, labels, [k for k in COUNTS if k <= parts.k]), path)
     return path
 
 
@@ -158,5 +158,5 @@ def _sheet(
     scale = min(1.0, 640 / width)
     cell = (round(width * scale), round(height * scale))
     path = folder / f"figure-{number}.png"
-    sheet(pictures, columns, cell, title).save(path)
+    write_picture(sheet(pictures, columns, cell, title), path)
     return path

@@ -20,7 +20,8 @@ from engine import (
     open_file,
     save,
 )
-from engine.files.place import write_file
+from engine.files.place import read_whole, readable_size, write_file
+from engine.files.report import shown
 from engine.measure import (
     edge_stretch,
     feature_amplitude,
@@ -29,6 +30,9 @@ from engine.measure import (
     target_error,
 )
 from plugins.registry import kinds
+
+LARGEST_RECIPE = 1 << 28
+"""Bytes; a curve of ten thousand points on a million vertices has a hundredth of it."""
 
 
 def replay_file(
@@ -63,11 +67,17 @@ def replay_file(
 
 def read_recipe(path: Path) -> Recipe:
     """Return the recipe in a file."""
+    name = shown(path.name)
+    if readable_size(path) > LARGEST_RECIPE:
+        raise FileError(
+            f"“{name}” is larger than any recipe. Choose a file that Eigenform wrote as one."
+        )
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is not text"
-        raise FileError(f"The recipe {path} cannot be read: {reason}. Check its name.") from error
+        text = read_whole(path, name).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise FileError(
+            f"“{name}” is not the text of a recipe. Choose a file that Eigenform wrote as one."
+        ) from error
     return Recipe.from_json(text, kinds())
 
 
@@ -79,8 +89,8 @@ def open_for(recipe: Recipe, source: Path, force: bool) -> Mesh:
     if found.as_read.digest == recipe.digest:
         return found.as_read
     raise RecipeError(
-        f"The recipe was made on another mesh than {source.name}. Give that mesh, or add --force "
-        "to replay it on this one."
+        f"The recipe was made on another mesh than {shown(source.name)}. Give that mesh, or add "
+        "--force to replay it on this one."
     )
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +17,7 @@ from PIL import Image, ImageDraw, ImageFont
 from app.form import Form
 from app.look.colours import LIGHT, ROLE_COLOURS, Theme, rgb8
 from engine.arrays import F64, I64
+from engine.files.place import write_file
 from engine.mesh import Mesh
 from engine.view import View
 
@@ -282,6 +285,19 @@ def draw_ink(image: Image.Image, inks: Sequence[Ink], scale: float, theme: Theme
             for px, py in (points[0], points[-1]):
                 half = across / 2
                 brush.ellipse((px - half, py - half, px + half, py + half), fill=rgb8(colour))
+
+
+def write_picture(picture: Image.Image, path: Path) -> None:
+    """Write a picture as PNG, whole or not at all.
+
+    Raises
+    ------
+    FileError
+        It could not be written.
+    """
+    held = io.BytesIO()
+    picture.save(held, "PNG")
+    write_file(path, held.getvalue())
 
 
 def sheet(

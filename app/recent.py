@@ -16,7 +16,8 @@ def recent() -> list[Path]:
     """Files opened lately that are still there, the latest first."""
     names = QSettings().value("files/recent", [])
     listed = names if isinstance(names, list) else [names] if isinstance(names, str) else []
-    return [path for path in map(_path, listed) if path is not None and path.is_file()]
+    # Path.is_file raises where a folder may not be entered or its network is gone.
+    return [path for path in map(_path, listed) if path is not None and os.path.isfile(path)]  # noqa: PTH113
 
 
 def remember(path: Path) -> None:

@@ -14,6 +14,7 @@ from engine.mesh import Mesh
 from engine.run import Run
 
 SCHEMA_VERSION = 1
+LONGEST_KIND = 100
 
 
 @runtime_checkable
@@ -182,6 +183,10 @@ class Recipe:
         for i, entry in enumerate(data["steps"]):
             if not isinstance(entry, dict) or not isinstance(entry.get("kind"), str):
                 raise RecipeError(f"Step {i + 1} of the recipe has no kind. Name one.")
+            if len(entry["kind"]) > LONGEST_KIND or not entry["kind"].isprintable():
+                raise RecipeError(
+                    f"Step {i + 1} of the recipe has a kind that is no name. Correct it."
+                )
             if not isinstance(entry.get("muted", False), bool):
                 raise RecipeError(f"Step {i + 1}'s “muted” must be true or false.")
             if entry.get("muted"):
@@ -234,10 +239,12 @@ def _read_step(kind: type[Step], data: dict[str, Any], position: int) -> Step:
     try:
         return kind.from_json(data)
     except RecipeError as error:
-        raise RecipeError(f"Step {position + 1} of the recipe: {error}") from error
+        # It may repeat a number that was made absurdly long.
+        raise RecipeError(f"Step {position + 1} of the recipe: {str(error)[:500]}") from error
     except (KeyError, TypeError, ValueError, OverflowError, AttributeError, IndexError) as error:
         raise RecipeError(
-            f"Step {position + 1} of the recipe ({kind.kind}) cannot be read: {error}. Correct it."
+            f"Step {position + 1} of the recipe ({kind.kind}) cannot be read: {str(error)[:200]}. "
+            "Correct it."
         ) from error
 
 

@@ -11,6 +11,7 @@ from typing import Any
 from app.batch.item import Item, Outcome, work
 from engine import EngineError
 
+MOST_WORKERS = 256
 RETRIES = 3
 """How often an item is tried again when the worker that had it dies."""
 
@@ -52,7 +53,12 @@ def client(scheduler: str | None, workers: int | None = None) -> Iterator[Any]:
         with there:
             yield there
         return
-    count = workers or os.cpu_count() or 1
+    count = (os.cpu_count() or 1) if workers is None else workers
+    if not 1 <= count <= MOST_WORKERS:
+        raise EngineError(
+            f"{count:,} processes cannot share the work. Give --workers a number from 1 to "
+            f"{MOST_WORKERS}, or leave it out for one a core."
+        )
     with (
         LocalCluster(
             n_workers=count,

@@ -89,10 +89,11 @@ def run_batch(given: argparse.Namespace) -> int:
             else:
                 mesh = load(path)
                 from engine import transfer
+                from engine.files.report import shown
 
                 carried = transfer(recipe, made_on, mesh)
                 own = carried.recipe
-                print(f"{path.name}: {carried.report}", file=sys.stderr)
+                print(f"{shown(path.name)}: {carried.report}", file=sys.stderr)
             text = own.to_json()
             items.append(Item(path.stem, text, mesh.vertices, mesh.faces, force=given.force))
         except EngineError as error:
@@ -112,21 +113,25 @@ def with_steps(recipe: Recipe) -> Recipe:
 def _finish(items: list[Item], given: argparse.Namespace, failed: list[Row] | None = None) -> int:
     from app.batch.contact_sheet import contact_sheet
     from app.batch.folder import process, write_table
+    from engine.files.report import shown
 
-    rows = process(
-        items, given.out, given.scheduler, given.workers, given.format, progress=_show_progress
-    )
+    try:
+        rows = process(
+            items, given.out, given.scheduler, given.workers, given.format, progress=_show_progress
+        )
+    finally:
+        # What is said next begins on a line of its own, below the bar.
+        print(file=sys.stderr)
     rows += failed or []
     if failed:
         write_table(rows, given.out)
-    print(file=sys.stderr)
     good = [row for row in rows if row.ok]
     if good and not given.no_sheet:
         contact_sheet(good, given.out)
     print(f"{len(good)} of {len(rows)} done, in {given.out}")
     for row in rows:
         if not row.ok:
-            print(f"{row.name}: {row.reason}", file=sys.stderr)
+            print(f"{shown(row.name)}: {row.reason}", file=sys.stderr)
     return 0 if len(good) == len(rows) else 1
 
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from pathlib import Path
 
 from PIL import Image
 
 from app.batch.folder import Row
-from app.pictures import Studio, sheet
+from app.pictures import Studio, sheet, write_picture
 from engine import Mesh, View, load
-from engine.files.place import write_file
 from engine.view import look_at
 
 CELL = (360, 360)
@@ -36,9 +34,7 @@ def contact_sheet(rows: Sequence[Row], out: Path) -> Path:
     columns = min(5, max(1, round(len(pictures) ** 0.5 + 0.4)))
     whole = sheet(pictures, columns, CELL, f"{len(rows)} variants" if len(rows) > 1 else "")
     path = out / "contact-sheet.png"
-    picture_file = io.BytesIO()
-    whole.save(picture_file, "PNG")
-    write_file(path, picture_file.getvalue())
+    write_picture(whole, path)
     return path
 
 

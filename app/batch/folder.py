@@ -133,4 +133,5 @@ def write_table(rows: Iterable[Row], out: Path) -> None:
 
 
 def _write_text(path: Path, text: str) -> None:
-    write_file(path, text.encode("utf-8"))
+    # A file name may hold bytes that are no text.
+    write_file(path, text.encode("utf-8", "backslashreplace"))

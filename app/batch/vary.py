@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -72,10 +73,10 @@ def combinations(variations: Sequence[Variation]) -> Iterator[dict[str, float]]:
     names = [v.name for v in variations]
     if len(set(names)) != len(names):
         raise EngineError("A name is varied twice. Give each name once.")
-    total = int(np.prod([len(v.values) for v in variations], dtype=np.int64))
+    total = math.prod(len(v.values) for v in variations)
     if total > MOST_VARIANTS:
         raise EngineError(
-            f"The sweep would make {total} variants; {MOST_VARIANTS} is the limit. "
+            f"The sweep would make {total:,} variants; {MOST_VARIANTS:,} is the limit. "
             "Use fewer values."
         )
     for values in itertools.product(*(v.values for v in variations)):

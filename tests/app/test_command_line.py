@@ -56,7 +56,7 @@ def test_replay_on_another_mesh_is_refused_with_the_remedy(
 
 @pytest.mark.parametrize(
     ("text", "fact"),
-    [(None, "cannot be read"), ("{", "not valid JSON"), ("[]", "not an Eigenform recipe")],
+    [(None, "is not there"), ("{", "not valid JSON"), ("[]", "not an Eigenform recipe")],
 )
 def test_a_bad_recipe_is_one_line_and_exit_code_2(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str | None, fact: str

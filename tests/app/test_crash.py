@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 import subprocess
@@ -112,6 +113,66 @@ def test_what_fails_with_every_frame_is_reported_once(
     timer.stop()
     assert len(reports) == 1
     assert len(list((tmp_path / "state" / "reports").iterdir())) == 1
+
+
+class Unspeakable(Exception):
+    """Cannot be put into words."""
+
+    def __str__(self) -> str:
+        raise RuntimeError("no words")
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (Unspeakable(), "Unspeakable"),
+        (OSError(2, "gone", "a name of no text \udcff"), "a name of no text"),
+        (ValueError("x" * 5_000_000 + " and its end"), "and its end"),
+    ],
+    ids=["no words", "no text", "no end"],
+)
+def test_an_error_that_is_hard_to_tell_is_reported_too(
+    error: Exception, words: str, watch: CrashWatch, qtbot, tmp_path: Path
+) -> None:
+    with qtbot.waitSignal(watch.crashed, timeout=5000) as caught:
+        watch.note(error)
+    (report,) = caught.args
+    assert words in report
+    assert len(report) < 300_000
+    assert words in next((tmp_path / "state" / "reports").iterdir()).read_text(encoding="utf-8")
+
+
+def test_what_fails_inside_the_hook_is_printed(
+    watch: CrashWatch, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(_report: str) -> None:
+        raise RuntimeError("in the hook itself")
+
+    monkeypatch.setattr(watch, "_keep", fail)
+    watch.note(ValueError("the first one"))
+    printed = capsys.readouterr().err
+    assert "the first one" in printed
+    assert "in the hook itself" in printed
+
+
+def test_a_log_line_that_cannot_be_put_together_stops_nothing(
+    watch: CrashWatch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(logging, "raiseExceptions", False)
+    watch._lines.handle(logging.makeLogRecord({"msg": "%d modes", "args": ("none",)}))
+    watch._lines.handle(logging.makeLogRecord({"msg": "the next one"}))
+    assert watch._lines.text.endswith("the next one")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pipes of POSIX")
+def test_a_damaged_crash_log_delays_nothing(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "native-1-a.log")
+    (tmp_path / "native-2-b.log").mkdir()
+    (tmp_path / "native-3-c.log").symlink_to("native-3-c.log")
+    (tmp_path / "native-4-d.log").write_bytes(b"Fatal \xff\x00" + bytes(range(256)) * 4000)
+    (told,) = native_crashes(tmp_path)
+    assert "Fatal" in told
+    assert len(told) < 200_000
 
 
 def test_the_hooks_are_given_back(qapp, tmp_path: Path) -> None:
