@@ -247,8 +247,9 @@ def _carried(start: F64, drawn: F64) -> F64:
     s = lengths(source)
     t = lengths(drawn)
     reached = s <= t[-1]
-    last = int(np.flatnonzero(reached)[-1])
-    target = source + (drawn[-1] - source[last])
+    # Between two anchors, or the rest would jump by an edge whenever the pen passes one.
+    tip = [np.interp(t[-1], s, source[:, axis]) for axis in (0, 1)]
+    target = source + (drawn[-1] - tip)
     for axis in (0, 1):
         target[reached, axis] = np.interp(s[reached], t, drawn[:, axis])
     return target if forward else np.ascontiguousarray(target[::-1])

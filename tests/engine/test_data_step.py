@@ -33,6 +33,11 @@ def test_ids_come_back(ids: set[int]) -> None:
     assert (back == array).all()
 
 
+def test_ids_come_back_once_each_and_ascending_however_they_were_written() -> None:
+    assert ids_from_text("7 3-5 1 4-6 7").tolist() == [1, 3, 4, 5, 6, 7]
+    assert len(ids_from_text("")) == 0
+
+
 def test_ids_are_short_where_they_are_consecutive() -> None:
     assert ids_to_text(np.arange(5, 5000)) == "5-4999"
 

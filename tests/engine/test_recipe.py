@@ -189,6 +189,17 @@ class TestChanges:
         assert RECIPE.without_step(0).muted == {0}
         assert RECIPE.without_step(1).muted == frozenset()
 
+    @pytest.mark.parametrize("absent", [3, -1])
+    def test_a_step_that_is_not_there_is_refused(self, absent: int) -> None:
+        for change in (
+            lambda: RECIPE.with_muted(absent),
+            lambda: RECIPE.without_step(absent),
+            lambda: RECIPE.with_moved(absent, 0),
+            lambda: RECIPE.with_moved(0, absent),
+        ):
+            with pytest.raises(RecipeError, match=f"has 3 steps; there is none at .* {absent}"):
+                change()
+
     def test_numbers(self) -> None:
         changed = RECIPE.with_value(0, "level", 0.25).with_value(0, "options.amount", 0.5)
         step = changed.steps[0]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from engine import Mesh, MeshError, Step, vertex_areas
+from engine import Cancelled, Mesh, MeshError, Run, Step, vertex_areas
 from plugins.equaliser import EqualiserStep
 from plugins.inflate import InflateStep
 from plugins.registry import find_steps, find_tools
@@ -103,6 +103,32 @@ def test_the_equaliser_removes_the_fine_wave_and_keeps_the_broad_one(
     after = np.linalg.lstsq(waves, changed.vertices[core, 2], rcond=None)[0]
     assert abs(after[0]) < 0.1 * before[0]
     assert after[1] > 0.9 * before[1]
+
+
+def test_each_gain_is_that_of_its_band(wavy: Mesh, roi: np.ndarray) -> None:
+    """The bands add up: what every gain alone leaves is together what there is."""
+    sizes = (16.0, 8.0, 5.0)
+    base = SmoothStep(roi, 0.0, 1.0).apply(wavy).vertices
+    alone = []
+    for band in range(4):
+        gains = tuple(float(i == band) for i in range(4))
+        alone.append(EqualiserStep(roi, sizes, gains).apply(wavy).vertices - base)
+    assert np.abs(base + sum(alone) - wavy.vertices).max() < 1e-9 * wavy.diagonal
+    # A wave is 6 mm long, the other 30 mm: in the third band and in the first.
+    across = np.sin(np.pi * wavy.vertices[:, 1] / 3)
+    share = [abs(float(part[:, 2] @ across)) for part in alone]
+    assert np.argmax(share) == 2
+    assert share[2] > 3 * share[3]
+
+
+def test_a_cancelled_step_stops_where_the_region_is_taken_apart(
+    wavy: Mesh, roi: np.ndarray
+) -> None:
+    run = Run()
+    run.cancel()
+    for step in steps(roi)[:2]:
+        with pytest.raises(Cancelled):
+            step.apply(wavy, run)
 
 
 def test_inflating_lifts_the_middle_by_the_distance(wavy: Mesh, roi: np.ndarray) -> None:

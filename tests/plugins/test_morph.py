@@ -102,6 +102,8 @@ def test_what_has_nothing_between_is_refused(flat: Mesh) -> None:
         morph_between(flat, plate(21))
     with pytest.raises(EngineError, match="another mesh"):
         MorphStep(np.array([3, 4]), (1.0, 2.0, 3.0)).apply(flat)
+    with pytest.raises(EngineError, match="another mesh"):
+        MorphStep(np.array([3, flat.n]), (1.0,) * 6).apply(flat)
     ball = sphere(3)
     step = morph_between(ball, ball.with_vertices(ball.vertices + 0.1))
     everywhere = MorphStep(step.roi, step.other, 0.5, 0.5)

@@ -281,12 +281,20 @@ def test_a_target_drawn_backwards_is_the_same_target(context: FlatContext) -> No
     assert there[:, 1] == pytest.approx(180.0, abs=6.0)
 
 
-def test_while_a_target_is_drawn_nothing_shrinks(context: FlatContext) -> None:
-    sketched(context)
+@pytest.mark.parametrize(("begin", "end"), [(-15, 15), (15, -15)])
+def test_while_a_target_is_drawn_the_rest_goes_along_and_nothing_shrinks(
+    context: FlatContext, begin: float, end: float
+) -> None:
+    chosen(context)
+    context.document = do(SourceTool(), context, line((-15, 0), (15, 0)))
+    context.options, context.previews = None, []
+    do(TargetTool(), context, line((begin, 10), (end, 10)))
     assert len(context.previews) > 10
     for shown in context.previews:
         (stroke,) = shown.draft.strokes
-        assert np.ptp(stroke.target[:, 0]) > 45, "30 mm are 60 px"
+        source = context.view.project(context.document.mesh.vertices[stroke.anchors])
+        away = stroke.target - (source - (0, 20))
+        assert np.abs(away).max() < 1e-6, "10 mm are 20 px"
 
 
 def test_the_target_is_dragged_near_it_and_redrawn_elsewhere(context: FlatContext) -> None:

@@ -54,6 +54,8 @@ def test_the_other_side_becomes_the_mirror_image(dented: Mesh, keep: tuple[float
     assert np.sqrt((now**2).mean()) < 0.05 * np.sqrt((before**2).mean())
     reach = np.ptp(after.vertices[:, 0]) / 2
     assert reach == pytest.approx(side.max(), rel=0.02), "as far on both sides"
+    across = np.sign(keep[0]) * after.vertices[side < 0, 0]
+    assert across.max() <= 1e-9 * dented.diagonal, "nothing of the image reaches over the plane"
     # Nothing is turned over or squeezed to nothing.
     size = np.linalg.norm(after.face_normals, axis=1)
     assert size.min() > 0.01 * np.median(size)
@@ -133,6 +135,9 @@ def test_the_tool_gives_the_step_for_its_options(dented: Mesh) -> None:
     context.options = SymmetriseOptions()
     assert tool.enter(context).plane == ()
     assert "the model" in tool.hint(context.document)
+    document = context.document
+    chosen = document.with_draft(document.draft.with_roi(np.arange(40)))
+    assert "the region" in tool.hint(chosen)
     context.options = SymmetriseOptions(keep="front", plane="middle")
     step = tool.enter(context)
     assert step.plane == pytest.approx((0, 1, 0, dented.bounds.mean(axis=0)[1]))
