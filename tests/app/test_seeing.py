@@ -59,10 +59,10 @@ def test_the_navigate_tool_turns_the_view(window: Window, hand: Mouse) -> None:
 
 
 def test_measuring_shows_the_distance_until_the_tool_is_put_away(
-    window: Window, artefacts: Path
+    window: Window, qtbot, artefacts: Path
 ) -> None:
-    window.actions_table.trigger("tool.measure")
     view = window.viewport
+    qtbot.keyClick(view, Qt.Key.Key_M)
     path = bow(view, (-0.1, 0.0), (0.1, 0.0))
     a, b = view.pick(*path[0]), view.pick(*path[-1])
     Mouse().stroke(window, path, release=False)
@@ -71,7 +71,7 @@ def test_measuring_shows_the_distance_until_the_tool_is_put_away(
     Mouse().send(view, "release", path[-1], Qt.KeyboardModifier.NoModifier)
     picture(window, artefacts, "measure")
     assert view.overlay.curve("span") is not None
-    window.actions_table.trigger("tool.lasso")
+    qtbot.keyClick(view, Qt.Key.Key_L)
     assert view.overlay.curve("span") is None
 
 

@@ -20,6 +20,7 @@ from tests.app.designing import (
     by_palette,
     colours_near,
     draw,
+    enter,
     option,
     region,
     rest,
@@ -152,6 +153,35 @@ def test_the_handle_is_mirrored(window: Window, qtbot, artefacts: Path) -> None:
     assert np.linalg.norm(here) > 2
     assert there == pytest.approx(here * [-1, 1, 1], abs=1e-6)
     picture(window, artefacts, "handle mirrored")
+    recipe = Recipe.from_json(session.document.recipe.to_json(), kinds())
+    again = replay(recipe, session.document.original)
+    assert (again.vertices == session.document.mesh.vertices).all()
+
+
+def test_a_curve_on_one_flank_reshapes_both(window: Window, qtbot, artefacts: Path) -> None:
+    session, view = window.session, window.viewport
+    qtbot.keyClick(view, Qt.Key.Key_1)
+    rest(window, qtbot)
+    by_palette(window, qtbot, "mirror across x")
+    rest(window, qtbot)
+    region(window, qtbot, x=0.13, radius=0.12)
+    before = session.document.mesh.vertices
+    ends = (0.13, -0.06), (0.13, 0.06)
+    draw(window, qtbot, bow(view, *ends))
+    draw(window, qtbot, bow(view, *ends, -0.4))
+    assert len(session.document.draft.strokes) == 1, "one curve was drawn"
+    picture(window, artefacts, "curve mirrored")
+    enter(window, qtbot)
+    way = session.document.mesh.vertices - before
+    side = before[:, 0] - before.mean(axis=0)[0]
+    right, left = (way[mask] for mask in (side > 1, side < -1))
+    there, here = (np.linalg.norm(one, axis=1).max() for one in (left, right))
+    assert here > 2
+    assert there == pytest.approx(here, rel=0.1), "the other flank goes as far"
+    out = np.sign(side) * way[:, 0]
+    assert (out[np.abs(way).max(axis=1) > 1] > 0).mean() > 0.9, "and outwards as well"
+    # The change is mirrored, not the mesh: what differs between the sides differs as before.
+    assert (session.document.mesh.faces == session.document.original.faces).all()
     recipe = Recipe.from_json(session.document.recipe.to_json(), kinds())
     again = replay(recipe, session.document.original)
     assert (again.vertices == session.document.mesh.vertices).all()
