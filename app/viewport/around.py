@@ -34,13 +34,17 @@ def faces_about(ids: I64, incidence: sp.csr_array) -> I64:
     ----------
     incidence : (n, f), which faces are around a vertex.
     """
-    start, end = incidence.indptr[ids], incidence.indptr[ids + 1]
+    place = ranges(incidence.indptr[ids], incidence.indptr[ids + 1])
+    return distinct(incidence.indices[place], incidence.shape[1])
+
+
+def ranges(start: NDArray[Any], end: NDArray[Any]) -> I64:
+    """Return start[0] .. end[0] - 1, then start[1] .. end[1] - 1, and so on; no end is before."""
     count = end - start
     total = np.cumsum(count)
     if len(total) == 0:
         return np.zeros(0, dtype=np.int64)
-    place = np.arange(total[-1]) + np.repeat(start - (total - count), count)
-    return distinct(incidence.indices[place], incidence.shape[1])
+    return np.asarray(np.arange(total[-1]) + np.repeat(start - (total - count), count))
 
 
 def crossed(inside: B1, few: I64, faces: I64, incidence: sp.csr_array) -> I64:

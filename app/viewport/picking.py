@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,11 +13,13 @@ from PySide6.QtGui import QImage, QPainter, QPolygonF
 from scipy import sparse as sp
 
 from app.form import Form
-from app.viewport.around import faces_about
-from app.viewport.visibility import deepest, facing, touched, visible
+from app.viewport.around import faces_about, ranges
+from app.viewport.visibility import deepest, facing, glance, hidden, touched, visible
 from engine.arrays import B1, F64, I64
 from engine.view import View
 from plugins.api import Hit
+
+GLANCE = 1 << 15  # vertices that are looked at together
 
 
 def inside_mask(polygon: ArrayLike, width: int, height: int, scale: float) -> B1:
@@ -65,12 +68,22 @@ class Sight:
     @property
     def ready(self) -> bool:
         """Whether the next question is answered in a moment, however large the form is."""
-        return "_deepest" in self.__dict__
+        return "_seen" in self.__dict__
 
-    def prepare(self) -> None:
-        """Work out what every question needs; in any thread."""
-        self._pixel  # noqa: B018 (kept)
-        self._deepest  # noqa: B018
+    def prepare(self, wanted: Callable[[], bool] = lambda: True) -> None:
+        """Work out what every question needs, as long as it is `wanted`; in any thread."""
+        # Of neighbours on the screen the same triangles are asked for: many at once stay at hand.
+        _, vertices = self._by_pixel
+        seen, unsure = np.zeros(self.form.mesh.n, dtype=bool), [vertices[:0]]
+        image = self._image(self.faces)
+        for some in np.split(vertices, range(GLANCE, len(vertices), GLANCE)):
+            if not wanted():
+                return
+            seen[some], open_ones = glance(some, *image)
+            unsure.append(some[open_ones])
+        asked = np.concatenate(unsure)
+        seen[asked] = ~hidden(asked, self.screen, self.faces)
+        self.__dict__["_seen"] = seen
 
     @cached_property
     def screen(self) -> F64:
@@ -78,8 +91,15 @@ class Sight:
 
         A vertex behind the eye has not-a-number as its place.
         """
+        return self._placed(self.form.whole.vertices)
+
+    def screen_at(self, ids: I64) -> F64:
+        """Return `screen` of the vertices `ids` alone, (k, 3)."""
+        return self.screen[ids] if "screen" in self.__dict__ else self._placed(self.form.at(ids))
+
+    def _placed(self, vertices: F64) -> F64:
         m = self.view.matrix
-        h = self.form.whole.vertices @ m[:, :3].T + m[:, 3]
+        h = vertices @ m[:, :3].T + m[:, 3]
         width, height = (s * self.scale for s in self.view.size)
         w = np.where(h[:, 3] > 0, h[:, 3], np.nan)
         place = np.empty((len(h), 3))
@@ -100,6 +120,12 @@ class Sight:
         x, y = (self.screen[self._in_picture, k].astype(np.int32) for k in (0, 1))
         return np.asarray(y * np.int32(self.ids.shape[1]) + x)
 
+    @cached_property
+    def _by_pixel(self) -> tuple[NDArray[np.int32], I64]:
+        """The pixels of the vertices in the picture, ascending, and which vertices these are."""
+        order = np.argsort(self._pixel, kind="stable")
+        return self._pixel[order], self._in_picture[order]
+
     def vertices_inside(self, polygon: ArrayLike, through: bool = False) -> I64:
         """Return ascending ids of the vertices inside a lasso (p, 2), the visible ones or all."""
         if len(np.asarray(polygon)) < 3:
@@ -110,25 +136,48 @@ class Sight:
 
     def vertices_near(self, x: float, y: float, radius: float, through: bool = False) -> I64:
         """Return ascending ids of the vertices within `radius` px of a point: a brush's touch."""
-        at = self.screen[self._in_picture, :2] / self.scale
-        near = self._in_picture[((at - (x, y)) ** 2).sum(axis=1) <= radius**2]
+        around = self._within(x, y, radius)
+        at = self.screen[around, :2] / self.scale
+        near = np.sort(around[((at - (x, y)) ** 2).sum(axis=1) <= radius**2])
         return near if through else near[self._visible(near)]
+
+    def _within(self, x: float, y: float, reach: float) -> I64:
+        """Return ids of the vertices whose pixels a square of 2 `reach` px around a point meets."""
+        height, width = self.ids.shape
+        (left, right), (top, bottom) = (
+            np.floor((at + np.array([-reach, reach])) * self.scale).clip(-1, most).astype(int)
+            for at, most in ((x, width), (y, height))
+        )
+        left, right, rows = max(left, 0), min(right, width - 1), np.arange(height)
+        rows = rows[max(top, 0) : bottom + 1] if left <= right else rows[:0]
+        pixels, vertices = self._by_pixel
+        start = np.searchsorted(pixels, (rows * width + left).astype(np.int32), "left")
+        end = np.searchsorted(pixels, (rows * width + right).astype(np.int32), "right")
+        return vertices[ranges(start, end)]
 
     def _chosen(self, mask: B1, through: bool) -> I64:
         candidates = self._in_picture[mask.ravel()[self._pixel]]
         return candidates if through else candidates[self._visible(candidates)]
 
     def _visible(self, candidates: I64) -> B1:
-        n = self.form.mesh.n
+        known: B1 | None = self.__dict__.get("_seen")
+        if known is not None:
+            return known[candidates]
         if self.incidence is None:
-            mine = np.zeros(n, dtype=bool)
+            mine = np.zeros(self.form.mesh.n, dtype=bool)
             mine[candidates] = True
             around = self.faces[mine[self.faces].any(axis=1)]
         else:
             around = self.faces[faces_about(candidates, self.incidence)]
-        outside = facing(self.screen, around)
+        return visible(candidates, *self._image(around))
+
+    def _image(
+        self, around: I64
+    ) -> tuple[NDArray[np.int32], F64, I64, B1, B1, NDArray[np.float32]]:
+        """Return what `visible` asks for about vertices that have the triangles `around`."""
+        outside, n = facing(self.screen, around), self.form.mesh.n
         front, back = touched(around, outside, n), touched(around, ~outside, n)
-        return visible(candidates, self.ids, self.screen, self.faces, front, back, self._deepest)
+        return self.ids, self.screen, self.faces, front, back, self._deepest
 
     @cached_property
     def _deepest(self) -> NDArray[np.float32]:
@@ -147,7 +196,8 @@ class Sight:
             return None
         face, shares = self._under(x, y, middle)
         corners = self.faces[face]
-        distance = np.linalg.norm(self.screen[corners, :2] - np.array([x, y]) * self.scale, axis=1)
+        at = self.screen_at(corners)[:, :2]
+        distance = np.linalg.norm(at - np.array([x, y]) * self.scale, axis=1)
         point = shares @ self.form.at(corners)
         return Hit(face, int(corners[np.argmin(distance)]), point)
 
@@ -162,7 +212,7 @@ class Sight:
         found, best = middle, -np.inf
         for face in np.unique(around[around >= 0]):
             shares = self._shares(int(face), x, y)
-            depth = -float(shares @ self.screen[self.faces[face], 2])
+            depth = -float(shares @ self.screen_at(self.faces[face])[:, 2])
             if shares.min() >= -1e-9 and depth > best:
                 found, best = int(face), depth
         shares = np.clip(self._shares(found, x, y), 0.0, 1.0)

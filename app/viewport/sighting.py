@@ -83,8 +83,9 @@ class Sighting(Layers):
     @property
     def sight_comes(self) -> bool:
         """Whether what is seen is being worked out, and not there yet."""
-        there = self._sight is not None and self._sight[1].ready and self._sight[0] == self._key()
-        return self.scene.pieces is not None and not there
+        if self._sight is None or self._sight[0] != self._key():
+            return self.scene.pieces is not None
+        return self._heavy and not self._sight[1].ready
 
     def _stroke_under_way(self) -> bool:
         """Whether a gesture goes on that the form may follow."""
@@ -122,8 +123,11 @@ class Sighting(Layers):
     def _prepare(self, sight: Sight) -> None:
         """Work out in a thread what every question to a sight needs."""
 
+        def wanted() -> bool:
+            return self._sight is not None and self._sight[1] is sight
+
         def prepare() -> None:
-            sight.prepare()
+            sight.prepare(wanted)
             with suppress(RuntimeError):  # the window was closed meanwhile
                 self._prepared.emit(sight)
 

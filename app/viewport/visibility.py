@@ -68,18 +68,37 @@ def visible(
     front, back : (n,) whether a vertex has a triangle seen from outside, or from inside.
     limit : (h, w) what `deepest` gives.
     """
+    result, unsure = glance(candidates, ids, screen, faces, front, back, limit)
+    result[unsure] = ~hidden(candidates[unsure], screen, faces)
+    return result
+
+
+def glance(
+    candidates: I64,
+    ids: NDArray[np.int32],
+    screen: F64,
+    faces: I64,
+    front: B1,
+    back: B1,
+    limit: NDArray[np.float32],
+) -> tuple[B1, I64]:
+    """Return which of `candidates` are seen, (k,), as far as the image tells; and where it cannot.
+
+    The parameters are those of `visible`; the second are places in `candidates`, which are seen
+    unless they are `hidden`.
+    """
     place = screen[candidates]
     px, py = place[:, 0].astype(np.int64), place[:, 1].astype(np.int64)
     middle = ids[py, px]
     result = (middle >= 0) & (faces[middle] == candidates[:, None]).any(axis=1)
-    open_questions = np.flatnonzero(~result & (place[:, 2] <= limit[py, px] + _HAIR))
-    result[open_questions] = _looked_at(candidates[open_questions], ids, screen, faces, front, back)
-    return result
+    asked = np.flatnonzero(~result & (place[:, 2] <= limit[py, px] + _HAIR))
+    result[asked], unsure = _looked_at(candidates[asked], ids, screen, faces, front, back)
+    return result, asked[unsure]
 
 
 def _looked_at(
     candidates: I64, ids: NDArray[np.int32], screen: F64, faces: I64, front: B1, back: B1
-) -> B1:
+) -> tuple[B1, I64]:
     """Decide about candidates by the triangles seen in the nine pixels around each."""
     place = screen[candidates]
     count = len(candidates)
@@ -106,8 +125,7 @@ def _looked_at(
     unsure = np.flatnonzero(
         fold & ~covered & (sky | own | (place[:, 2] <= farthest + 2 * slack + _HAIR))
     )
-    result[unsure] = ~_hidden(candidates[unsure], screen, faces)
-    return result
+    return result, unsure
 
 
 def _seen_around(
@@ -160,14 +178,14 @@ def _contains(place: F64, screen: F64, corners: I64) -> B1:
     return np.asarray(inside & (depth < place[:, 2] - _HAIR))
 
 
-def _hidden(vertices: I64, screen: F64, faces: I64) -> B1:
+def hidden(vertices: I64, screen: F64, faces: I64) -> B1:
     """Whether each vertex lies behind a triangle that is not its own.
 
     Only triangles up to a usual size are looked up; much larger ones are in the image.
     """
-    hidden = np.zeros(len(vertices), dtype=bool)
+    covered = np.zeros(len(vertices), dtype=bool)
     if len(vertices) == 0:
-        return hidden
+        return covered
     place = screen[vertices]
     reach = _reach(screen, faces)
     cell = 2 * reach  # a triangle's first corner is within this of every point of it
@@ -182,7 +200,7 @@ def _hidden(vertices: I64, screen: F64, faces: I64) -> B1:
     there = first[inside].astype(int)
     some = inside[near[there[:, 1], there[:, 0]]]
     if len(some) == 0:
-        return hidden
+        return covered
     corners = screen[faces[some]]
     pairs = cKDTree(place[:, :2]).sparse_distance_matrix(
         cKDTree(corners[..., :2].mean(axis=1)), reach, output_type="coo_matrix"
@@ -195,8 +213,8 @@ def _hidden(vertices: I64, screen: F64, faces: I64) -> B1:
     row, face = row[could], faces[some[column[could]]]
     foreign = ~(face == vertices[row, None]).any(axis=1)
     row, face = row[foreign], face[foreign]
-    hidden[row[_contains(place[row], screen, face)]] = True
-    return hidden
+    covered[row[_contains(place[row], screen, face)]] = True
+    return covered
 
 
 def _reach(screen: F64, faces: I64) -> float:
