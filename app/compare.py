@@ -164,6 +164,7 @@ class MorphBar(QFrame):
         self._row.addWidget(QLabel(words, self))
         self._row.addWidget(slider, 4)
         self._row.addWidget(share)
+        self._row.addSpacing(GRID)
         return slider
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from PySide6.QtCore import QEvent, QObject, QSize, Qt, QTimer
+from PySide6.QtGui import QHideEvent
 from PySide6.QtWidgets import (
     QFrame,
     QGridLayout,
@@ -122,6 +123,12 @@ class Plate(QFrame):
             elif watched is not self._over and event.type() in _MOVES:
                 self._soon.start()
         return super().eventFilter(watched, event)
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Give the keys to the form, not to whatever comes next in the window."""
+        super().hideEvent(event)
+        if self._over.isVisible():
+            self._over.setFocus()
 
     def _neighbours(self) -> list[QWidget]:
         """Return what else lies over the viewport now, but for what covers all of it."""

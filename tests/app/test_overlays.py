@@ -93,6 +93,7 @@ def test_the_plate_goes_out_of_the_way(make_window, sphere: Mesh, qtbot, artefac
     qtbot.mouseClick(plate.buttons["Metre"], Qt.MouseButton.LeftButton)
     qtbot.waitUntil(lambda: size.text().endswith(" m"))
     assert window.session.document.draft.roi is not None
+    qtbot.waitUntil(view.hasFocus)
     qtbot.mouseClick(size, Qt.MouseButton.LeftButton)
     assert "What is one unit of it?" in plate.text
 
