@@ -5,13 +5,16 @@ Source: Orbay et al. 2012, Section 5.2.1, Figs. 9, 10.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import scipy.linalg as sla
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
-from engine.arrays import F64
+from engine.arrays import F64, I64
 from engine.errors import SketchError
+from engine.tips import drawn_to, tips
 from engine.view import View
 
 # Shorter than this share of its length in space, a curve is seen end-on.
@@ -21,9 +24,11 @@ _END_ON = 0.02
 _ZIGZAG_ANCHORS = 12.0
 _ZIGZAG_SHARE = 0.25
 _ZIGZAG_LEAST = 2.0
-# Tremor is smoothed over one and a half steps between anchors, but within these limits.
-_TREMOR_STEPS = 1.5
-_TREMOR_PX = (1.5, 12.0)
+# Tremor is smoothed over so many steps between anchors, but within these limits.
+_TREMOR_STEPS = 1.65
+_TREMOR_PX = (1.65, 13.0)
+# A tip stands where the stroke has it, up to a pixel's tremor.
+_TIP_PX = 1.0
 _LEAST_WEIGHT = 0.1
 
 
@@ -173,7 +178,8 @@ def resample_target(
     ripple in the surface along the curve, seen at once in a highlight; even a target drawn just
     over the source would leave it. So the smooth curve through the chain is put on the target
     instead, and each anchor keeps its own offset from that curve, turned with it. The target
-    loses what is finer than the anchors lie apart.
+    loses what is finer than the anchors lie apart. Its tips stay: evenly spread samples would cut
+    them off by up to half a step, so the nearest sample is moved on to each.
     """
     x = np.asarray(points, dtype=np.float64)
     if x.ndim != 2 or x.shape[1] != 3 or len(x) == 0:
@@ -183,12 +189,13 @@ def resample_target(
     seen = view.project(curve)
     if len(x) == 1:
         return path[-1:].copy()
+    sharp = np.zeros(0, dtype=np.int64)
     if carry_zigzag:
-        path = _without_tremor(path, seen, closed)
+        path, sharp = _without_tremor(path, seen, closed)
     if closed:
-        hit = _closed_samples(seen, curve, np.vstack([path, path[:1]]))
+        hit = _closed_samples(seen, curve, np.vstack([path, path[:1]]), sharp)
     else:
-        hit = _open_samples(seen, curve, path)
+        hit = _open_samples(seen, curve, path, sharp)
     if not carry_zigzag:
         return hit
     return hit + _turned_offsets(view.project(x) - seen, seen, hit, closed)
@@ -211,17 +218,44 @@ def target_curve(points: F64, target: F64, view: View, closed: bool = False) -> 
     return target - offsets
 
 
-def _without_tremor(path: F64, seen: F64, closed: bool) -> F64:
-    """Return the target without what is finer than the anchors: they could not follow it.
+def _without_tremor(path: F64, seen: F64, closed: bool) -> tuple[F64, I64]:
+    """Return the target without what is finer than the anchors, and which points are tips.
 
-    Sampled at the anchors the tremor of a hand would come out as a ripple in the surface.
+    Sampled at the anchors the tremor of a hand would come out as a ripple in the surface. Tips are
+    wanted: the curve is calmed between them.
     """
     if closed:
         path = np.vstack([path, path[:1]])
     step = float(np.median(np.linalg.norm(np.diff(seen, axis=0), axis=1)))
     sigma = float(np.clip(_TREMOR_STEPS * step, *_TREMOR_PX))
-    calm = tidy_stroke(path, spacing=1.0, smoothing=sigma)
-    return calm[:-1] if closed else calm
+    drawn = tidy_stroke(path, spacing=1.0)
+    if closed:
+        drawn = drawn[:-1]
+    calm = _calmed(drawn, sigma, closed)
+    nearly = _calmed(drawn, _TIP_PX, closed)
+    sharp = tips(calm, nearly, step, closed)
+    if len(sharp) == 0:
+        return calm, sharp
+    first = int(sharp[0]) if closed else 0
+    nearly = np.roll(nearly, -first, axis=0)
+    if closed:
+        nearly = np.vstack([nearly, nearly[:1]])
+    ends = np.unique([0, *(sharp - first), len(nearly) - 1])
+    pieces = [_calmed(nearly[a : b + 1], sigma, False)[:-1] for a, b in pairwise(ends)]
+    if closed:
+        return np.concatenate(pieces), sharp - first
+    return np.concatenate([*pieces, nearly[-1:]]), sharp
+
+
+def _calmed(points: F64, sigma: float, closed: bool) -> F64:
+    """Return a curve (p, 2) at a spacing of 1 px without tremor; long bends keep their height.
+
+    What one round of smoothing takes off is smoothed and put back: of a bend as long as six
+    sigma one round would take a fiftieth, this takes a two-thousandth.
+    """
+    weight = sigma**4 / 4
+    once = smoothed(points, weight, closed)
+    return once + smoothed(points - once, weight, closed)
 
 
 def normalised_lengths(seen: F64, curve: F64) -> F64:
@@ -243,30 +277,33 @@ def normalised_lengths(seen: F64, curve: F64) -> F64:
     return np.asarray(used / used[-1])
 
 
-def _open_samples(seen: F64, curve: F64, path: F64) -> F64:
+def _open_samples(seen: F64, curve: F64, path: F64, sharp: I64) -> F64:
     straight = np.linalg.norm(path[[0, -1]] - seen[[0, -1]], axis=1).sum()
     crossed = np.linalg.norm(path[[-1, 0]] - seen[[0, -1]], axis=1).sum()
     if crossed < straight:
-        path = path[::-1]
+        path, sharp = path[::-1], len(path) - 1 - sharp[::-1]
     lengths = chord_lengths(path)
-    return along(path, lengths, normalised_lengths(seen, curve) * lengths[-1])
+    at = normalised_lengths(seen, curve) * lengths[-1]
+    return along(path, lengths, drawn_to(at, lengths[sharp], lengths[-1]))
 
 
-def _closed_samples(seen: F64, curve: F64, loop: F64) -> F64:
+def _closed_samples(seen: F64, curve: F64, loop: F64, sharp: I64) -> F64:
     ring, ring3 = np.vstack([seen, seen[:1]]), np.vstack([curve, curve[:1]])
     s = normalised_lengths(ring, ring3)[:-1]
     lengths = chord_lengths(loop)
     turns = 4 * len(seen)
-    best, best_cost = seen, np.inf
+    best, best_at, best_cost = loop, s * lengths[-1], np.inf
     for way in (loop, loop[::-1]):
         around = lengths if way is loop else lengths[-1] - lengths[::-1]
         for shift in np.arange(turns) / turns:
             at = np.mod(s + shift, 1.0) * lengths[-1]
-            sample = along(way, around, at)
-            cost = float(((sample - seen) ** 2).sum())
+            cost = float(((along(way, around, at) - seen) ** 2).sum())
             if cost < best_cost:
-                best, best_cost = sample, cost
-    return best
+                best, best_at, best_cost = way, at, cost
+    if best is not loop:
+        lengths, sharp = lengths[-1] - lengths[::-1], len(loop) - 1 - sharp[::-1]
+    at = drawn_to(best_at, lengths[sharp], lengths[-1], closed=True)
+    return along(best, lengths, np.mod(at, lengths[-1]))
 
 
 def _turned_offsets(offsets: F64, seen: F64, hit: F64, closed: bool) -> F64:
