@@ -29,6 +29,10 @@ LOOK_MS = 250
 PROGRESS_INTERVAL = 0.05  # seconds between two progress signals: more only costs repaints
 
 
+class LeftBehindError(BaseException):
+    """Ends a thread whose work is wanted no more; it passes through `except Exception`."""
+
+
 @dataclass(eq=False)
 class Job:
     """One piece of work.
@@ -80,22 +84,19 @@ class Worker:
         self.thread = threading.Thread(target=self._run, name="engine", daemon=True)
 
     def _run(self) -> None:
-        with contextlib.suppress(SystemExit):
+        with contextlib.suppress(LeftBehindError):
             self._serve(self)
         while not self._ended:
-            with contextlib.suppress(SystemExit), self._ending:
+            with contextlib.suppress(LeftBehindError), self._ending:
                 self._ended = True
-        receive(SystemExit)
+        receive(LeftBehindError)
 
     def interrupt(self) -> None:
-        """End the thread at its next line of Python.
-
-        SystemExit ends a thread without a word, and passes through `except Exception`.
-        """
+        """End the thread at its next line of Python."""
         number = self.thread.ident
         with self._ending:
             if number is not None and not self._ended:
-                interrupt(number, SystemExit)
+                interrupt(number, LeftBehindError)
 
 
 class Jobs(QObject):
@@ -306,7 +307,8 @@ class Jobs(QObject):
         except EngineError as error:
             self._delivered.emit(job, "error", error)
             return
-        except Exception as error:  # a bug must reach the person as a sentence, not end the thread
+        except (Exception, SystemExit) as error:
+            # A bug, or a stranger's sys.exit, must reach the person as a sentence.
             log.exception("A job in the channel %s failed", job.channel)
             self._delivered.emit(job, "error", error)
             return

@@ -109,7 +109,8 @@ class Toolbox(QObject):
                 yield
         except EngineError:
             raise
-        except Exception as error:
+        except (Exception, SystemExit) as error:
+            # A script that was made a tool may still call sys.exit.
             log.info("Tool %s raised", tool.id, exc_info=True)
             raise ToolFailedError(f"{type(error).__name__}: {error}") from error
 

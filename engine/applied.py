@@ -58,7 +58,7 @@ def applied(step: Step, mesh: Mesh, run: Run | None = None) -> Mesh:
         raise StepError(step, f"gave positions that are none ({error})") from error
     except EngineError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         if isinstance(step, SketchEdit):
             raise
         log.info("The step %s raised", step.kind, exc_info=True)

@@ -61,7 +61,7 @@ class DropInPoint:
 
     def load(self) -> Any:
         """Return the class, or raise what the file raised when it was read."""
-        if isinstance(self.item, Exception):
+        if isinstance(self.item, BaseException):
             raise self.item
         return self.item
 
@@ -73,7 +73,7 @@ def dropins(folder: Path | None = None) -> list[DropIn]:
     found = []
     for path in sorted(folder.glob("*.py")):
         agreed = switches.get(path.name)
-        same = agreed is not None and agreed == _digest(path)
+        same = agreed is not None and agreed == _digest_or_none(path)
         found.append(DropIn(path, same, agreed is not None and not same))
     return found
 
@@ -114,7 +114,7 @@ def dropin_points(folder: Path | None = None) -> tuple[list[DropInPoint], list[D
             continue
         try:
             module = _module(one.path)
-        except Exception as error:  # noqa: BLE001 - whatever a stranger's file does
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever a stranger's file does
             tools.append(DropInPoint(one.name, one.path.name, error))
             continue
         for item in vars(module).values():
@@ -134,6 +134,14 @@ def _switches(folder: Path) -> dict[str, str]:
         if isinstance(data, dict):
             return {str(k): str(v) for k, v in data.items()}
     return {}
+
+
+def _digest_or_none(path: Path) -> str | None:
+    """Return the digest of a file; None for one that may not be read any more, or is none."""
+    try:
+        return _digest(path) if path.is_file() else None
+    except OSError:
+        return None
 
 
 def _digest(path: Path) -> str:

@@ -87,7 +87,7 @@ def _load(group: str, points: Points | None, check: Callable[[str, Any], T]) -> 
             if point.name in items:
                 raise TypeError(f"another plugin already offers the name “{point.name}”")
             items[point.name] = check(point.name, point.load())
-        except Exception as error:  # whatever a stranger's module does on import
+        except (Exception, SystemExit) as error:  # whatever a stranger's module does on import
             log.info("Plugin %s (%s) was left out", point.name, distribution, exc_info=True)
             reason = f"{type(error).__name__}: {error}"
             failures.append(Failure(group, point.name, distribution, reason))

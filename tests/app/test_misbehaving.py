@@ -73,7 +73,7 @@ def test_a_bad_gesture_is_named_and_the_tool_switched_off(window: Window, bad: B
 
 def test_a_bad_step_leaves_the_document_as_it_was(window: Window, bad: Bad, qtbot) -> None:
     before = window.session.document
-    for how in ("raises", "none", "not_a_number", "smuggled", "too_many"):
+    for how in ("raises", "exits", "none", "not_a_number", "smuggled", "too_many"):
         window.toolbox.switch_on("bad")
         use(window, bad, f"step {how}")
         qtbot.waitUntil(lambda: "bad" in window.toolbox.switched_off, timeout=10_000)
@@ -177,10 +177,15 @@ def assert_left_out(window: Window, reason: str) -> None:
 
 
 @pytest.mark.parametrize("what", QUESTIONS)
-def test_a_tool_that_raises_when_it_is_asked_is_left_out(what: str, make_asking) -> None:
-    window = make_asking(what, "raises")
+@pytest.mark.parametrize(
+    ("how", "reason"), [("raises", "KeyError: 'no {}'"), ("exits", "SystemExit: no {}")]
+)
+def test_a_tool_that_raises_when_it_is_asked_is_left_out(
+    what: str, how: str, reason: str, make_asking
+) -> None:
+    window = make_asking(what, how)
     ask(window)
-    assert_left_out(window, f"KeyError: 'no {what}'")
+    assert_left_out(window, reason.format(what))
 
 
 @pytest.mark.parametrize("what", QUESTIONS)

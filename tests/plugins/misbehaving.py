@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 import time
 from dataclasses import dataclass, replace
@@ -35,6 +36,9 @@ class BadStep(DataStep):
 
     def _raises(self, mesh: Mesh, run: Any) -> Any:
         return 1 / 0
+
+    def _exits(self, mesh: Mesh, run: Any) -> Any:
+        sys.exit("a script of old")
 
     def _none(self, mesh: Mesh, run: Any) -> Any:
         return None
@@ -85,8 +89,8 @@ class BadStep(DataStep):
         return Mesh(mesh.vertices + 1.0, mesh.faces.copy())
 
 
-STEPS = ("raises", "none", "text", "not_a_number", "smuggled", "too_few", "too_many", "far_away",
-         "in_place")  # fmt: skip
+STEPS = ("raises", "exits", "none", "text", "not_a_number", "smuggled", "too_few", "too_many",
+         "far_away", "in_place")  # fmt: skip
 
 
 class Bad(Tool):
@@ -101,6 +105,8 @@ class Bad(Tool):
         yield
         if self.how == "raises":
             raise ZeroDivisionError("division by zero")
+        if self.how == "exits":
+            sys.exit("a script of old")
         if self.how == "text":
             return "done"
         if self.how == "loops":
@@ -124,6 +130,7 @@ class Bad(Tool):
 
 GESTURES = {
     "raises": "division by zero",
+    "exits": "SystemExit: a script of old",
     "text": "returned str",
     "mesh": "changed the mesh without a step",
     "region": "not ascending vertex ids",
@@ -149,6 +156,8 @@ class Asked(Tool):
             return answer
         if self.how == "raises":
             raise KeyError(f"no {what}")
+        if self.how == "exits":
+            sys.exit(f"no {what}")
         if self.how == "array":
             return np.zeros(3)  # neither true nor false
         begun = time.monotonic()

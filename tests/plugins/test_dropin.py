@@ -68,6 +68,24 @@ def test_a_file_that_raises_is_listed_with_the_reason(folder: Path) -> None:
     assert failure.distribution == "broken.py"
 
 
+def test_a_file_that_exits_is_listed_with_the_reason(folder: Path) -> None:
+    (folder / "script.py").write_text("import sys\nsys.exit('done')\n")
+    switch("script", True, folder)
+    found = find_tools()
+    assert "lasso" in found.items
+    assert next(f for f in found.failures if f.name == "script").reason == "SystemExit: done"
+
+
+def test_a_file_that_is_none_any_more_is_off(folder: Path) -> None:
+    for name in ("gone", "folder"):
+        (folder / f"{name}.py").write_text("")
+        switch(name, True, folder)
+        (folder / f"{name}.py").unlink()
+    (folder / "folder.py").mkdir()
+    assert not any(one.on for one in dropins(folder))
+    assert "lasso" in find_tools().items
+
+
 def test_switching_on_what_is_not_there_says_so(folder: Path) -> None:
     with pytest.raises(EngineError, match="no plugin file"):
         switch("nothing", True)
