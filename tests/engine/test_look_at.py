@@ -7,9 +7,22 @@ import math
 import numpy as np
 import pytest
 
+from engine import SketchError, View
 from engine.view import look_at
 
 SIZE = (800.0, 600.0)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_a_camera_that_is_none_is_refused(bad: float) -> None:
+    one_bad = np.eye(4)
+    one_bad[2, 1] = bad
+    for matrix in (one_bad, np.eye(3)):
+        with pytest.raises(SketchError, match="4 by 4 finite numbers"):
+            View(matrix, SIZE)
+    for size in ((0.0, 600.0), (800.0, -1.0), (bad, 600.0)):
+        with pytest.raises(SketchError, match="positive numbers of pixels"):
+            View(np.eye(4), size)
 
 
 @pytest.mark.parametrize(("azimuth", "elevation"), [(0, 0), (35, 22), (-120, 70), (180, -30)])

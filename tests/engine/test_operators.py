@@ -56,6 +56,14 @@ def test_sphere_has_twice_its_mean_curvature_along_its_normal(radius: float) -> 
     assert radius * mean_curvature(mesh) @ share_of_area == pytest.approx(1, rel=0.01)
 
 
+def test_a_vertex_in_no_face_has_no_curvature() -> None:
+    ball = icosphere_like(500)
+    mesh = Mesh(np.vstack([ball.vertices, [[9.0, 9.0, 9.0]]]), ball.faces)
+    curvature = mean_curvature(mesh)
+    assert curvature[-1] == 0
+    assert (curvature[:-1] == mean_curvature(ball)).all()
+
+
 def test_regular_sphere_is_right_at_every_vertex() -> None:
     v, f = igl.icosahedron() if hasattr(igl, "icosahedron") else _icosahedron()
     for _ in range(5):

@@ -165,6 +165,22 @@ def test_pins_and_mirror_are_carried() -> None:
     assert rise.max() > 0.02
 
 
+def test_what_has_no_counterpart_is_counted() -> None:
+    """The new mesh ends at x = 0.65: one of four pins and the last fifth of the curve are lost."""
+    inside = COARSE.vertices[:, 0] < 0.65
+    faces = COARSE.faces[inside[COARSE.faces].all(axis=1)]
+    ids = np.unique(faces)
+    half = Mesh(COARSE.vertices[ids], np.searchsorted(ids, faces))
+    pins = row_of(COARSE, 0.3, 0.3, 0.8)[[0, 2, 5, -1]].tolist()
+    still = Alignment(np.eye(4), 0.0)
+    bare = SketchEdit(EDIT.roi, 0.0, (), EditOptions(pins=tuple(pins)))
+    assert transfer(Recipe((bare,)), COARSE, half, still).report.lost_anchors == 0.25
+    report = transfer(RECIPE, COARSE, half, still).report
+    assert 0.1 < report.lost_anchors < 0.25
+    assert 0.2 < report.lost_vertices < 0.4
+    assert f"{report.lost_anchors:.1%} of the anchors have no counterpart." in report.lines()
+
+
 def test_another_form_is_refused() -> None:
     far = Mesh(FINE.vertices + np.array([0, 0, 5.0]), FINE.faces)
     with pytest.raises(RecipeError, match="no counterpart"):

@@ -126,6 +126,9 @@ def test_what_cannot_be_is_told(dented: Mesh) -> None:
         SymmetriseStep(NO_REGION, (1.0, 0.0, 0.0, 1e6)).apply(dented)
     with pytest.raises(EngineError, match="does not divide"):
         SymmetriseStep(NO_REGION, ACROSS_X, (0.0, 0.0, 1.0)).apply(dented)
+    for keep in ((0.0, 0.0, 0.0), (1.0, 0.0)):
+        with pytest.raises(EngineError, match="three numbers"):
+            SymmetriseStep(NO_REGION, ACROSS_X, keep).apply(dented)
     with pytest.raises(EngineError, match="four numbers"):
         SymmetriseStep(NO_REGION, (0.0, 0.0, 0.0, 1.0)).apply(dented)
 
