@@ -10,9 +10,9 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from app.form import Form
 from app.session import Session
 from app.viewport import Viewport
-from app.viewport.around import differing, distinct
+from app.viewport.around import differing
 from engine import Document, Draft, Mesh, Source, Stroke, View, source_curve
-from engine.arrays import F64, I64
+from engine.arrays import F64, I64, distinct
 from plugins.api import Pointer
 
 FLOW_SECONDS = 0.2

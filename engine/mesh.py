@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from engine.arrays import B1, F64, I64, frozen
+from engine.arrays import B1, F64, I64, distinct, frozen
 from engine.errors import MeshError, PositionsError
 
 
@@ -67,7 +67,7 @@ class Topology:
     def faces_about(self, ids: I64) -> I64:
         """Return the faces that have a corner among the vertices `ids`, ascending, each once."""
         if 8 * len(ids) < self.n:
-            return np.asarray(np.unique(self.incidence[ids].indices), dtype=np.int64)
+            return distinct(self.incidence[ids].indices, len(self.faces))
         among = np.zeros(self.n, dtype=bool)
         among[ids] = True
         return np.flatnonzero(among[self.faces].any(axis=1))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from scipy.spatial import cKDTree
 
-from engine.arrays import F64, I64
+from engine.arrays import F64, I64, distinct
 from engine.curves import positions_along, values_along
 from engine.mesh import Mesh
 from engine.view import View
@@ -58,19 +58,26 @@ def mirrored_region(mesh: Mesh, roi: I64, plane: Plane) -> I64:
     near = np.flatnonzero(
         ((images >= x.min(axis=0) - reach) & (images <= x.max(axis=0) + reach)).all(axis=1)
     )
-    away, nearest = cKDTree(mesh.vertices).query(images[near], distance_upper_bound=reach)
-    inside = np.zeros(mesh.n + 1, dtype=bool)
+    # And only what lies near the region can be so near to an image there.
+    low, high = x.min(axis=0) - 2 * reach, x.max(axis=0) + 2 * reach
+    about = np.flatnonzero(((mesh.vertices >= low) & (mesh.vertices <= high)).all(axis=1))
+    tree = cKDTree(mesh.vertices[about])
+    away, nearest = tree.query(images[near], distance_upper_bound=reach)
+    inside = np.zeros(mesh.n, dtype=bool)
     inside[roi] = True
-    return np.union1d(roi, near[inside[nearest] & np.isfinite(away)])
+    met = np.isfinite(away)
+    twin = near[met][inside[about[nearest[met]]]]
+    return distinct(np.concatenate([roi, twin]), mesh.n)
 
 
 def _edge_length(mesh: Mesh, roi: I64) -> float:
     inside = np.zeros(mesh.n, dtype=bool)
     inside[roi] = True
-    edges = mesh.topology.edges
-    edges = edges[inside[edges].any(axis=1)]
-    apart = mesh.vertices[edges[:, 0]] - mesh.vertices[edges[:, 1]]
-    return float(np.linalg.norm(apart, axis=1).mean()) if len(edges) else 0.0
+    links = mesh.topology.adjacency[roi]
+    a, b = np.repeat(roi, np.diff(links.indptr)), links.indices
+    once = ~inside[b] | (a < b)
+    apart = mesh.vertices[a[once]] - mesh.vertices[b[once]]
+    return float(np.linalg.norm(apart, axis=1).mean()) if len(apart) else 0.0
 
 
 class Twins:

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from engine.arrays import B1, I64
+from engine.arrays import B1, I64, distinct
 from engine.mesh import Mesh, Topology
 from engine.view import View
 
@@ -41,8 +41,9 @@ def inverted(topology: Topology, roi: I64) -> I64:
     screws beside it.
     """
     parts = topology.components
-    touched = np.isin(parts, np.unique(parts[roi])) & topology.used_vertices
-    return np.flatnonzero(touched & ~_mask(topology, roi))
+    touched = np.zeros(int(parts.max(initial=0)) + 1, dtype=bool)
+    touched[parts[roi]] = True
+    return np.flatnonzero(touched[parts] & topology.used_vertices & ~_mask(topology, roi))
 
 
 def smoothed_border(topology: Topology, roi: I64, rounds: int = 3) -> I64:
@@ -78,10 +79,10 @@ def _about_border(topology: Topology, inside: B1, rings: int) -> I64:
     links = topology.adjacency[few]
     apart = inside[np.repeat(few, np.diff(links.indptr))] != inside[links.indices]
     near = np.zeros(len(inside), dtype=bool)
-    front = np.unique(links.indices[apart])
+    front = distinct(links.indices[apart], topology.n)
     for _ in range(rings + 1):
         near[front] = True
-        around = np.unique(topology.adjacency[front].indices)
+        around = distinct(topology.adjacency[front].indices, topology.n)
         front = around[~near[around]]
     return np.flatnonzero(near)
 
@@ -101,7 +102,7 @@ def without_specks(topology: Topology, roi: I64, share: float) -> I64:
     large = np.zeros_like(outside)  # known to hang together with more than the limit
     taken = [roi]
     # From the rim outwards ring by ring, so that the rest of a large mesh is never looked at.
-    near = np.unique(topology.adjacency[roi].indices)
+    near = distinct(topology.adjacency[roi].indices, topology.n)
     near = near[outside[near]]
     while len(near):
         rows = topology.adjacency[near]
@@ -117,8 +118,9 @@ def without_specks(topology: Topology, roi: I64, share: float) -> I64:
         large[near[beyond[parts]]] = True
         taken.append(near[(~beyond & ~grows)[parts]])
         open_ones = (~beyond & grows)[parts]
-        near = np.union1d(near[open_ones], other[further & open_ones[own]])
-    return np.unique(np.concatenate(taken))
+        going_on = near[open_ones], other[further & open_ones[own]]
+        near = distinct(np.concatenate(going_on), topology.n)
+    return distinct(np.concatenate(taken), topology.n)
 
 
 def seen_through(mesh: Mesh, roi: I64, view: View) -> I64:
@@ -139,7 +141,8 @@ def seen_through(mesh: Mesh, roi: I64, view: View) -> I64:
     near &= mesh.topology.used_vertices
     ids = np.flatnonzero(near)
     away, nearest = cKDTree(region).query(pixels[ids])
-    return np.union1d(roi, ids[away <= _TO_CORNER * reach[nearest]])
+    there = ids[away <= _TO_CORNER * reach[nearest]]
+    return distinct(np.concatenate([roi, there]), mesh.n)
 
 
 def connected_to(topology: Topology, ids: I64, vertex: int) -> I64:

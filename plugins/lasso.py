@@ -172,9 +172,10 @@ def combined(roi: I64 | None, caught: I64, first: Pointer) -> I64 | None:
         raise EngineError(
             "Nothing was caught. Circle a visible part of the form, or switch on “Through”."
         )
-    if roi is None or not (first.shift or first.ctrl or first.eraser):
-        return np.unique(caught)
-    if first.shift:
-        return np.union1d(roi, caught)
-    left = np.setdiff1d(roi, caught)
+    cuts = not first.shift and (first.ctrl or first.eraser)
+    before = roi if roi is not None and (first.shift or cuts) else caught[:0]
+    inside = np.zeros(1 + max(int(ids.max(initial=0)) for ids in (before, caught)), dtype=bool)
+    inside[before] = True
+    inside[caught] = roi is None or not cuts
+    left = np.flatnonzero(inside)
     return left if len(left) else None

@@ -279,7 +279,8 @@ def _lines(draft: Draft) -> list[Line]:
         made.append(Line(i, f"curve {i + 1}", words, CURVE, TARGET, stroke.hidden))
     if draft.source is not None:
         made.append(Line("source", "source", _of("Source", None, draft.source), CURVE, SOURCE))
-    count = 0 if draft.roi is None else int(np.isin(draft.options.pins, draft.roi).sum())
+    pins = np.array(draft.options.pins, dtype=np.int64)
+    count = 0 if draft.roi is None else int(np.isin(pins, draft.roi).sum())
     if count:
         words = "1 pin" if count == 1 else f"{count} pins"
         made.append(Line("pins", words, words, "mdi6.pin-outline", PIN))

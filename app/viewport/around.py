@@ -8,18 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse as sp
 
-from engine.arrays import B1, F64, I64
-
-FEW = 512  # among so many times as many places, numbers are sorted; else places are ticked off
-
-
-def distinct(numbers: NDArray[Any], n: int) -> I64:
-    """Return the numbers 0..n-1 that there are in an array, ascending, each once."""
-    if FEW * numbers.size < n:
-        return np.unique(numbers).astype(np.int64)
-    there = np.zeros(n, dtype=bool)
-    there[numbers.ravel()] = True
-    return np.flatnonzero(there)
+from engine.arrays import B1, F64, I64, distinct
 
 
 def differing(a: F64, b: F64) -> I64:

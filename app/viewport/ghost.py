@@ -6,9 +6,9 @@ import numpy as np
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from app.look import rgb
-from app.viewport.around import distinct, faces_about, renumbered
+from app.viewport.around import faces_about, renumbered
 from app.viewport.surface import Placement, Surface
-from engine.arrays import F64, I64
+from engine.arrays import F64, I64, distinct
 from engine.mesh import Topology
 
 # Clear where one looks straight at it: the ghost shows its outlines and hides nothing of the form,

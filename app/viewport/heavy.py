@@ -91,7 +91,8 @@ def is_heavy(mesh: Mesh) -> bool:
 def prepare(mesh: Mesh) -> None:
     """Work out what showing `mesh` will need, so that the window has it at hand."""
     mesh.digest, mesh.diagonal  # noqa: B018 (kept by the mesh)
-    mesh.topology.incidence, mesh.topology.adjacency  # noqa: B018
+    topology = mesh.topology
+    topology.incidence, topology.adjacency, topology.components  # noqa: B018
     if is_heavy(mesh):
         heavy(mesh)
         placed(mesh)

@@ -10,12 +10,11 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QWidget
 
 from app.look import DARK, Theme
-from app.viewport.around import distinct
 from app.viewport.inking import Inking
 from app.viewport.maps import Maps
 from app.viewport.overlay import SpaceCurve
 from app.viewport.shading import Display
-from engine.arrays import F64, I64
+from engine.arrays import F64, I64, distinct
 from engine.mesh import Mesh
 
 _NONE: I64 = np.zeros(0, dtype=np.int64)

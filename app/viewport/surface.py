@@ -14,8 +14,8 @@ from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
-from app.viewport.around import distinct, faces_about, renumbered
-from engine.arrays import F64, I64
+from app.viewport.around import faces_about, renumbered
+from engine.arrays import F64, I64, distinct
 from engine.mesh import Mesh
 
 F32 = NDArray[np.float32]

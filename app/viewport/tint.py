@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from scipy import sparse as sp
 
 from app.look import REGION, Theme, rgb8
-from app.viewport.around import crossed, distinct, faces_about, renumbered
+from app.viewport.around import crossed, faces_about, renumbered
 from app.viewport.surface import summed_at_corners
-from engine.arrays import B1, F64, I64
+from engine.arrays import B1, F64, I64, distinct
 
 TINT = 0.46  # how much of the region's violet lies over the clay
 FEATHER = 5  # rings of vertices over which the tint fades out
