@@ -108,6 +108,7 @@ class Window(QMainWindow):
         self.refresh()
         self.resize(*FIRST_SIZE)
         self.viewport.setFocus()  # keys mean the form until a part is given them
+        self.strip.left.connect(self.viewport.setFocus)
         geometry = QSettings().value("window/geometry")
         if isinstance(geometry, QByteArray):
             self.restoreGeometry(geometry)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
@@ -90,7 +90,14 @@ class ToolRail(QFrame):
 
 
 class ToolStrip(QFrame):
-    """Name of the tool in hand and its options."""
+    """Name of the tool in hand and its options.
+
+    Signals
+    -------
+    left : a control that the keys went to is about to go.
+    """
+
+    left = Signal()
 
     def __init__(self, host: ToolHost, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -114,6 +121,10 @@ class ToolStrip(QFrame):
         name = self._for = tool.id
         self._name.setText(tool.title)
         if self._options is not None:
+            focus = self._options.focusWidget()
+            if focus is not None and focus.hasFocus():
+                # It would go on to whatever comes next in the window.
+                self.left.emit()
             self._options.hide()
             self._options.deleteLater()
         self._options = OptionsRow(

@@ -147,6 +147,7 @@ class Hands(QObject):
         event.accept()
         if self.busy:
             return True
+        self._viewport.setFocus(Qt.FocusReason.MouseFocusReason)  # Qt gives it to a mouse only
         barrel = _barrel(event.buttons()) or _barrel(event.button())
         if barrel or self._space or self.navigates:
             self._begin_motion(_by_modifiers(event.modifiers()), event.button(), event.position())
