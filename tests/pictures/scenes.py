@@ -35,7 +35,7 @@ SCENES: dict[str, Scene] = {
     "region": Scene(region.region, ("region-brush", "region-name", "region-menu")),
     "symmetric": Scene(region.symmetric, ("region-plane", "region-symmetric")),
     "level": Scene(level.level, ("level-panel", "level-feature", "level-modes")),
-    "pen": Scene(sketching.pen, ("sketch-source", "sketch-drag")),
+    "pen": Scene(sketching.pen, ("sketch-source", "sketch-drag", "sketch-redraw")),
     "several": Scene(sketching.several, ("sketch-several",)),
     "trace": Scene(sketching.trace, ("sketch-trace",)),
     "outline": Scene(sketching.outline, ("region-adjust", "sketch-outline")),

@@ -40,6 +40,18 @@ def pen(stage: Stage) -> None:
     stage.keep("sketch-drag")
     hand.send(view, "release", drag[-1], Qt.KeyboardModifier.NoModifier)
     stage.rest()
+    stage.press(Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    stage.rest()
+    curve = window.session.document.draft.strokes[0].target
+    begins, ends = curve[len(curve) // 6], curve[3 * len(curve) // 5]
+    t = np.linspace(0, 1, 40)[:, None]
+    across = np.array([[0, 1], [-1, 0]]) @ (ends - begins)
+    again = begins + t * (ends - begins) - 0.07 * np.sin(np.pi * t) ** 2 * across
+    stage.stroke(again, release=False, hand=hand)
+    stage.rest()
+    stage.keep("sketch-redraw")
+    hand.send(view, "release", again[-1], Qt.KeyboardModifier.NoModifier)
+    stage.rest()
 
 
 def vase_from_the_front(stage: Stage) -> None:
