@@ -9,21 +9,24 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from engine.arrays import F64
+from engine.arrays import F64, I64
 from engine.sketch import (
     _turned_offsets,
     _without_tremor,
     along,
     checked_path,
     chord_lengths,
+    smoothed,
     source_curve,
     target_curve,
 )
+from engine.tips import drawn_to
 from engine.view import View
 
 _EASE = 60.0  # px of a stroke in which it leaves or meets the curve, if it lies beside it there
 # An end of a stroke this near to the curve lies on it; from the second on it leads away from it.
 _MEETS, _PARTS = 20.0, 32.0
+_CORNER = 30.0  # px to either side of a joint in which its corner is rounded
 # Where a curve comes near itself, a stroke ends on the pass that is about its own length away: a
 # px more or less of length counts as so many px of distance. Below 1 an end on the curve is exact.
 _OF_LENGTH = 0.2
@@ -64,19 +67,25 @@ def redraw_part(
     x = np.asarray(points, dtype=np.float64)
     seen = view.project(source_curve(x, closed))
     curve = target_curve(x, np.asarray(target, dtype=np.float64), view, closed)
-    path = _without_tremor(checked_path(path_px), seen, closed=False)
+    path, sharp = _without_tremor(checked_path(path_px), seen, closed=False)
     ids = np.arange(len(curve)) if forward else np.arange(len(curve))[::-1]
     first = int(np.flatnonzero(ids == start)[0])
     ids = np.append(np.roll(ids, -first), start) if closed else ids[first:]
     anew = curve.copy()
-    anew[ids] = _replaced(curve[ids], path, reach * chord_lengths(curve)[-1], closed)
+    reach_px = reach * chord_lengths(curve)[-1]
+    anew[ids], last = _replaced(curve[ids], path, sharp, reach_px, closed)
+    for joint in (start, int(ids[last])):
+        anew = _without_corner(anew, joint, closed)
     return anew + _turned_offsets(view.project(x) - seen, seen, anew, closed)
 
 
-def _replaced(ahead: F64, path: F64, reach_px: float, closed: bool) -> F64:
-    """Put the first part of a curve (m, 2) on a path (p, 2); the next `reach_px` go along."""
+def _replaced(ahead: F64, path: F64, sharp: I64, reach_px: float, closed: bool) -> tuple[F64, int]:
+    """Put the first part of a curve (m, 2) on a path (p, 2); the next `reach_px` go along.
+
+    The points `sharp` of the path are its tips, and stay. Returns the curve, and the last point of it that lies on the path.
+    """
     if len(ahead) < 2:
-        return ahead
+        return ahead, 0
     a, t = chord_lengths(ahead), chord_lengths(path)
     ease = min(_EASE, t[-1] / 2)
     leaves = np.clip(1.0 - t / ease, 0.0, 1.0)[:, None]
@@ -89,9 +98,24 @@ def _replaced(ahead: F64, path: F64, reach_px: float, closed: bool) -> F64:
     path = path + meets * met**2 * (ahead[last] - path[-1])
     t = chord_lengths(path)
     anew = ahead.copy()
-    anew[: last + 1] = along(path, t, a[: last + 1] * (t[-1] / max(a[last], 1e-300)))
+    at = a[: last + 1] * (t[-1] / max(a[last], 1e-300))
+    anew[: last + 1] = along(path, t, drawn_to(at, t[sharp], t[-1]))
     behind = a[last:] - a[last]
     fades = min(reach_px, behind[-1]) if closed else reach_px
     share = (1.0 - np.clip(behind / max(fades, 1e-300), 0.0, 1.0) ** 2) ** 2
     anew[last:] = ahead[last:] + share[:, None] * (path[-1] - ahead[last])
-    return anew
+    return anew, last
+
+
+def _without_corner(curve: F64, joint: int, closed: bool) -> F64:
+    """Round a curve (c, 2) at a point where an old part meets a new one; ends stay."""
+    if closed:
+        middle = len(curve) // 2
+        turned = np.roll(curve, middle - joint, axis=0)
+        rounded = _without_corner(turned, middle, closed=False)
+        return np.asarray(np.roll(rounded, joint - middle, axis=0))
+    s = chord_lengths(curve)
+    step = max(float(np.median(np.diff(s))), 1e-300)
+    share = (1.0 - np.clip(np.abs(s - s[joint]) / _CORNER, 0.0, 1.0) ** 2) ** 2
+    calm = smoothed(curve, (_CORNER / 2 / step) ** 4 / 4, closed=False)
+    return np.asarray(curve + share[:, None] * (calm - curve))

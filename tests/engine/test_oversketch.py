@@ -51,11 +51,15 @@ def test_a_part_lies_on_the_stroke_and_the_rest_stays(forward: bool) -> None:
     # What is finer than the anchors lie apart, 10 px, counts as tremor.
     assert away(after[inside], stroke).max() < 1.0
     assert np.abs(after[:, 1] - before[:, 1]).max() > 75
-    assert after[:15] == pytest.approx(before[:15], abs=1e-9)
-    assert after[41:] == pytest.approx(before[41:], abs=0.2)
+    # Where old and new meet, 30 px to either side may give way a little.
+    assert after[:12] == pytest.approx(before[:12], abs=1e-9)
+    assert after[44:] == pytest.approx(before[44:], abs=1e-9)
+    assert after[[12, 13, 14, 41, 42, 43]] == pytest.approx(
+        before[[12, 13, 14, 41, 42, 43]], abs=0.5
+    )
     # No anchor overtakes another, and they stay about as far apart as they were.
     steps = np.linalg.norm(np.diff(after[inside], axis=0), axis=1)
-    assert steps.min() > 0.9 * steps.max()
+    assert steps.min() > 0.85 * steps.max()
 
 
 def test_the_zigzag_of_the_anchors_is_kept() -> None:
@@ -76,7 +80,7 @@ def test_what_comes_behind_goes_along_less_and_less() -> None:
     moved = np.linalg.norm(after - before, axis=1)
     behind = moved[30:]
     assert behind[0] > 30
-    assert (np.diff(behind) <= 1e-9).all()
+    assert (np.diff(behind[3:]) <= 1e-9).all()
     assert behind[-1] == pytest.approx(0, abs=1e-9)
 
 
@@ -85,7 +89,8 @@ def test_a_stroke_set_down_beside_the_curve_begins_on_it() -> None:
     before = VIEW.project(x)
     stroke = bulge(before[10], before[50], 0.0) + np.array([0.0, 10.0])
     after = redraw_part(x, before, stroke, VIEW, 10, True)
-    assert after[:11] == pytest.approx(before[:11], abs=0.2)
+    assert after[:8] == pytest.approx(before[:8], abs=1e-9)
+    assert np.abs(after[8:11] - before[8:11]).max() < 1.5
     assert after[30, 1] - before[30, 1] == pytest.approx(10.0, abs=0.2)
 
 
@@ -116,3 +121,18 @@ def test_a_point_is_refused() -> None:
     x = line()
     with pytest.raises(SketchError, match="only a point"):
         redraw_part(x, VIEW.project(x), [[5.0, 5.0], [5.0, 5.0]], VIEW, 3, True)
+
+
+def test_old_and_new_part_meet_without_a_corner() -> None:
+    x = line()
+    before = VIEW.project(x)
+    first, last = before[20], before[40]
+    tent = np.vstack([first, (first + last) / 2 + [0.0, -60.0], last])
+    after = redraw_part(x, before, tent, VIEW, 20, True)
+    way = np.diff(after, axis=0)
+    turn = np.abs(np.diff(np.unwrap(np.arctan2(way[:, 1], way[:, 0]))))
+    drawn = np.arctan2(60.0, 100.0)  # the corner of the stroke and the line, radians
+    assert turn[15:25].max() < 0.4 * drawn
+    assert turn[35:45].max() < 0.4 * drawn
+    assert away(after[24:37], tent).max() < 6.0
+    assert after[[0, -1]] == pytest.approx(before[[0, -1]], abs=1e-9)
