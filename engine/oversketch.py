@@ -82,7 +82,8 @@ def redraw_part(
 def _replaced(ahead: F64, path: F64, sharp: I64, reach_px: float, closed: bool) -> tuple[F64, int]:
     """Put the first part of a curve (m, 2) on a path (p, 2); the next `reach_px` go along.
 
-    The points `sharp` of the path are its tips, and stay. Returns the curve, and the last point of it that lies on the path.
+    The points `sharp` of the path are its tips, and stay. Returns the curve, and the last point of
+    it that lies on the path.
     """
     if len(ahead) < 2:
         return ahead, 0
