@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
-from PySide6.QtCore import Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QWidget
 
 from app.look import DARK, Theme
@@ -26,9 +26,11 @@ class Layers(Inking):
     Signals
     -------
     looks_changed : the form is coloured in another way, or its edges are drawn or not.
+    curved(made) : a map of curvature was worked out in a thread.
     """
 
     looks_changed = Signal()
+    curved = Signal(object)
 
     def __init__(self, parent: QWidget | None, theme: Theme = DARK) -> None:
         super().__init__(parent, theme)
@@ -37,6 +39,12 @@ class Layers(Inking):
         self._moved: I64 = _NONE  # all that were ever moved
         self.maps = Maps(self)
         self.rested.connect(self.maps.rested)
+        self.curved.connect(self.maps.take_curvature, Qt.ConnectionType.QueuedConnection)
+
+    @property
+    def moving(self) -> bool:
+        """Whether the picture changed a moment ago, or soon will by itself."""
+        return super().moving or self.maps.under_way
 
     def _apply_eye(self) -> None:
         super()._apply_eye()
@@ -91,7 +99,7 @@ class Layers(Inking):
             self._vertices[changed_ids] = p
         self._note_moved(changed_ids)
         self.scene.move(p, changed_ids)
-        self.maps.moved()
+        self.maps.moved(changed_ids)
         self._lighten()
         self._changed()
 

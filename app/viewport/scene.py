@@ -164,6 +164,15 @@ class Scene:
         self._map = colours
         self._paint()
 
+    def recolour_map(self, colours: NDArray[np.uint8], ids: I64) -> None:
+        """Give the vertices `ids` other colours (m, 3) in the map that is shown."""
+        assert self._map is not None
+        assert self.surface is not None
+        self._map[ids] = colours
+        self.surface.recolour(colours, ids)
+        if self.stand_in is not None and self.standing_in:
+            self.stand_in.recolour()
+
     def set_wireframe(self, wanted: bool) -> None:
         """Draw the edges of the triangles over the form, or not."""
         self.wireframe = wanted

@@ -92,13 +92,22 @@ def signed_deviation(positions: F64, reference: F64, normals: NDArray[Any]) -> F
     return np.asarray(side * np.linalg.norm(moved, axis=1))
 
 
+def _scale() -> NDArray[np.uint8]:
+    """Return the colours (c, 3) from one end of a map to the other, finer than eight bits show."""
+    stops = np.array([rgb8(c) for c in DIVERGING], dtype=np.float64)
+    at = np.linspace(0, len(stops) - 1, 4097)
+    columns = [np.interp(at, np.arange(len(stops)), stops[:, k]) + 0.5 for k in range(3)]
+    return np.stack(columns, axis=1).astype(np.uint8)
+
+
+_SCALE = _scale()
+
+
 def mapped(values: ArrayLike, most: float) -> NDArray[np.uint8]:
     """Return colours (n, 3) of values in -most..most."""
-    stops = np.array([rgb8(c) for c in DIVERGING], dtype=np.float64)
-    share = np.clip(np.asarray(values) / (2 * most) + 0.5, 0.0, 1.0) * (len(stops) - 1)
-    return np.stack(
-        [np.interp(share, np.arange(len(stops)), stops[:, k]) + 0.5 for k in range(3)], axis=1
-    ).astype(np.uint8)
+    half = len(_SCALE) // 2
+    place = np.asarray(values, dtype=np.float64) * (half / most) + (half + 0.5)
+    return np.asarray(_SCALE[np.clip(place, 0, 2 * half).astype(np.int64)])
 
 
 def round_up(value: float) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from engine.mesh import Mesh
 
 F32 = NDArray[np.float32]
 U8 = NDArray[np.uint8]
+_serials = count()
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,6 +135,7 @@ class Surface:
         offsets: I64 | None = None,
     ) -> None:
         n = len(positions)
+        self._serial, self._moves = next(_serials), 0
         self._incidence = incidence
         self.faces = faces
         self.positions: F32 = np.array(positions, dtype=np.float32, order="C")
@@ -204,6 +207,7 @@ class Surface:
 
     def moved(self) -> None:
         """Tell VTK that positions and normals were written in place."""
+        self._moves += 1
         self._points.GetData().Modified()
         self._points.Modified()
         self._normals.Modified()
@@ -223,5 +227,5 @@ class Surface:
 
     @property
     def stamp(self) -> tuple[int, int]:
-        """A pair that changes whenever positions or visibility may have changed."""
-        return (self._points.GetMTime(), self.data.GetMTime())
+        """A pair of numbers that no other surface has, nor this one with other positions."""
+        return (self._serial, self._moves)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt
@@ -9,10 +11,10 @@ from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 
 from app.look import DARK, LIGHT, RIM, SOURCE, rgb8
-from app.viewport import Viewport
+from app.viewport import Viewport, maps
 from app.viewport.camera import Eye
 from app.viewport.idimage import capture, captured_by_selector
-from app.viewport.shading import mapped, round_up, signed_mean_curvature
+from app.viewport.shading import mapped, round_up, signed_deviation, signed_mean_curvature
 from engine import Mesh
 from tests.app.viewport_stage import LEFT, MIDDLE, NONE, Stage, sphere, torus
 
@@ -103,6 +105,59 @@ def test_mean_curvature_of_a_sphere_is_one_over_its_radius():
     inside_out = sphere(4000, radius=10.0)
     turned = Mesh(inside_out.vertices, inside_out.faces[:, ::-1])
     assert np.abs(np.median(signed_mean_curvature(turned)) + 0.1) < 0.002
+
+
+def test_curvature_of_a_large_form_is_worked_out_beside_the_window(stage, qtbot, monkeypatch):
+    viewport = stage.viewport
+    viewport.set_display("curvature")
+    at_once = viewport.scene.surface.colours.copy()
+    viewport.set_display("clay")
+    threads = []
+
+    def noted(mesh: Mesh) -> np.ndarray:
+        threads.append(threading.current_thread())
+        return signed_mean_curvature(mesh)
+
+    monkeypatch.setattr(maps, "AT_ONCE", 100)
+    monkeypatch.setattr(maps, "signed_mean_curvature", noted)
+    viewport.set_display("curvature")
+    assert viewport.moving
+    qtbot.waitUntil(lambda: not viewport.maps.under_way)
+    assert threads
+    assert threading.main_thread() not in threads
+    assert (viewport.scene.surface.colours == at_once).all()
+    assert viewport.overlay.legend.title == "Mean curvature, 1/mm"
+    # The form moves and rests: another; what comes late, for another display, changes nothing.
+    viewport.set_vertices(viewport.vertices * 1.1)
+    qtbot.waitUntil(lambda: len(threads) == 2)
+    viewport.set_display("clay")
+    plain = viewport.scene.surface.colours.copy()
+    qtbot.waitUntil(lambda: not any(one.is_alive() for one in threads))
+    stage.settle()
+    assert (viewport.scene.surface.colours == plain).all()
+    assert viewport.overlay.legend is None
+
+
+def test_deviation_follows_only_what_moves(stage, monkeypatch):
+    viewport = stage.viewport
+    viewport.set_display("deviation")
+    ids = viewport.vertices_inside(stage.ellipse(0.2))
+    normals = viewport.form.vertex_normals[ids]
+    viewport.set_vertices(viewport.vertices[ids] + normals, ids)
+    asked = []
+
+    def noted(positions: np.ndarray, *given: np.ndarray) -> np.ndarray:
+        asked.append(len(positions))
+        return signed_deviation(positions, *given)
+
+    monkeypatch.setattr(maps, "signed_deviation", noted)
+    viewport.set_vertices(viewport.vertices[ids] - 0.5 * normals, ids)
+    assert asked == [len(ids)]
+    assert len(ids) < viewport.form.n / 4
+    monkeypatch.undo()
+    followed = viewport.scene.surface.colours.copy()
+    assert (followed == mapped(viewport.deviation(), 1.0)).all()
+    assert len(np.unique(followed, axis=0)) > 1
 
 
 def test_map_runs_from_blue_over_white_to_orange():

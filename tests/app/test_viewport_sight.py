@@ -81,6 +81,58 @@ def test_lasso_takes_what_lies_inside_it_and_nothing_else(stage):
     assert (np.diff(chosen) > 0).all()
 
 
+def test_what_was_worked_out_ahead_is_what_would_be_found_when_asked(stage, monkeypatch):
+    viewport, lasso = stage.viewport, stage.ellipse()
+    viewport.set_mesh(torus(20_000))
+    brushes = [(*(stage.middle * at), 40.0) for at in ((1.0, 1.25), (0.8, 1.0), (0.0, 0.1))]
+
+    def answers():
+        yield viewport.vertices_inside(lasso)
+        yield viewport.vertices_inside(lasso, through=True)
+        for brush in brushes:
+            yield viewport.vertices_near(*brush)
+            yield viewport.vertices_near(*brush, through=True)
+
+    asked = list(answers())
+    sight = viewport.sight()
+    assert not sight.ready
+    monkeypatch.setattr("app.viewport.picking.GLANCE", 1000)
+    sight.prepare()
+    assert sight.ready
+    looked = []
+    monkeypatch.setattr("app.viewport.picking.visible", lambda *given: looked.append(given))
+    assert all(np.array_equal(*pair) for pair in zip(answers(), asked, strict=True))
+    assert not looked, "it is looked up, not worked out again"
+    assert len(asked[0]) > 100
+
+
+def test_what_nobody_wants_any_more_is_not_worked_out_to_its_end(stage, monkeypatch):
+    viewport = stage.viewport
+    sight = viewport.sight()
+    monkeypatch.setattr("app.viewport.picking.GLANCE", 100)
+    left = iter([True, True, False])
+    sight.prepare(lambda: next(left))
+    assert not sight.ready
+
+
+def test_a_brush_takes_what_lies_within_its_circle(stage):
+    viewport, (x, y) = stage.viewport, stage.middle * (1.0, 1.25)
+    px = viewport.view().project(viewport.vertices)
+    inside = (px >= 0).all(axis=1) & (px < (viewport.width(), viewport.height())).all(axis=1)
+    for at, radius in (((x, y), 30.0), ((x, y), 900.0), ((3.0, y), 200.0), ((-50.0, -50.0), 20.0)):
+        near = inside & (np.linalg.norm(px - at, axis=1) <= radius)
+        assert np.array_equal(viewport.vertices_near(*at, radius, True), np.flatnonzero(near))
+
+
+def test_a_region_in_other_colours_is_seen_as_before(stage):
+    viewport = stage.viewport
+    sight = viewport.sight()
+    viewport.set_region(viewport.vertices_inside(stage.ellipse()))
+    assert viewport.sight() is sight
+    viewport.set_vertices(viewport.vertices * 1.01)
+    assert viewport.sight() is not sight
+
+
 def test_lasso_outside_the_picture_or_too_short_takes_nothing(stage):
     assert len(stage.viewport.vertices_inside(np.zeros((2, 2)))) == 0
     assert len(stage.viewport.vertices_inside([[-90, -90], [-10, -90], [-10, -10]])) == 0
