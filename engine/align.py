@@ -48,6 +48,7 @@ def align(mesh: Mesh, other: Mesh, scale: bool = True) -> Alignment:
 
     Parameters
     ----------
+    mesh, other : what is moved, and what it is brought over.
     scale : whether sizes may differ.
 
     Source: Besl and McKay 1992; Umeyama 1991 for each step.

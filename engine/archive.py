@@ -216,12 +216,23 @@ def open_archive(path: str | Path, kinds: Kinds, run: Run | None = None) -> Arch
         raise
     except OSError as error:
         raise FileError(reading_sentence(name, error)) from error
+    except _NewerError as error:
+        raise FileError(
+            f"“{name}” cannot be opened. {error} Update Eigenform to open it."
+        ) from error
     except EngineError as error:
-        raise FileError(f"“{name}” cannot be opened. {error}") from error
+        raise FileError(
+            f"“{name}” cannot be opened. {error} Open an earlier copy of it, or another file."
+        ) from error
     except (MemoryError, RecursionError) as error:
         raise FileError(
-            f"“{name}” cannot be opened: what it holds does not fit into memory."
+            f"“{name}” cannot be opened: what it holds does not fit into memory. "
+            "Close other programs and open it again."
         ) from error
+
+
+class _NewerError(FileError):
+    """It was saved by a newer version of the program."""
 
 
 class _Members:
@@ -366,9 +377,8 @@ class _Reading:
             if type(version) is not int or version < 1:
                 raise FileError("It has no version that this program knows.")
             if version > FORMAT_VERSION:
-                raise FileError(
-                    f"It has the version {version}; this program reads up to {FORMAT_VERSION}. "
-                    "Update Eigenform to open it."
+                raise _NewerError(
+                    f"It has the version {version}; this program reads up to {FORMAT_VERSION}."
                 )
             if name == MANIFEST and MANIFEST_COPY not in self._members.names():
                 self._report.append("The end of the file is missing or damaged.")

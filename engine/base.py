@@ -53,6 +53,11 @@ def base_shape(region: Region, factor: Callable[[], Factor], rim: Rim = "smooth"
     rim : "smooth" holds the positions of two rings and asks for the least variation of the mean
         curvature; "paper" holds one ring and the Laplacian coordinates on it (Eq. 10).
 
+    Raises
+    ------
+    SolveError
+        The base is not finite, or lies further than `FARTHEST` from the region.
+
     Notes
     -----
     Where the paper's Eq. 10 keeps delta at the rim of the featured surface, the features leak into
@@ -81,7 +86,7 @@ def levelled_base(region: Region) -> F64:
 
 
 def paper_base(region: Region, factor: Factor) -> F64:
-    """Return the base of Eq. 10 by two Dirichlet solves with one factor of K_II.
+    """Return the base of Eq. 10, (m, 3), by two Dirichlet solves with one factor of K_II.
 
     K_II delta_I = -K_IB delta_B, then K_II x_I = M_I delta_I - K_IB x_B.
     """

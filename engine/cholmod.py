@@ -145,7 +145,13 @@ class CholmodFactor:
         return int(np.count_nonzero(x[at] < 0))
 
     def solve(self, b: F64) -> F64:
-        """Return x with A x = b for b (n,) or (n, r)."""
+        """Return x with A x = b for b (n,) or (n, r).
+
+        Raises
+        ------
+        SolveError
+            There is not enough memory.
+        """
         rhs = np.asfortranarray(b, dtype=np.float64)
         r = 1 if rhs.ndim == 1 else rhs.shape[1]
         if r == 0:

@@ -161,7 +161,13 @@ class Condensed:
         return np.asarray(unit.T @ unit)
 
     def answer(self, force: F64) -> F64:
-        """Return A^-1 E f for forces f (c,) at the unknowns `last`, (n,)."""
+        """Return A^-1 E f for forces f (c,) at the unknowns `last`, (n,).
+
+        Raises
+        ------
+        SolveError
+            There is not enough memory.
+        """
         own = np.zeros(len(force))
         own[self._tail] = force * self._scale[self._last]
         load = np.zeros(self.n)

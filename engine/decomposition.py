@@ -56,7 +56,13 @@ def decompose_stream(
 
     Raises
     ------
-    RegionError, SolveError, Cancelled
+    EngineError
+        The rim rule is unknown, or the number of modes is below 0 or out of reach.
+    RegionError
+        The region cannot be taken apart: it is empty, or nothing holds it.
+    SolveError
+        The base shape cannot be computed.
+    Cancelled
 
     Notes
     -----

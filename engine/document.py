@@ -38,7 +38,10 @@ class Draft:
     options: EditOptions = field(default_factory=EditOptions)
 
     def with_roi(self, roi: I64 | None) -> Draft:
-        """Return the draft with another region (or none); its curves go, level and options stay."""
+        """Return the draft with another region, ascending vertex ids (m,), or with none.
+
+        Its curves go; level and options stay.
+        """
         return replace(self, roi=roi, source=None, strokes=())
 
     @property
@@ -89,7 +92,7 @@ class Document:
         return replace(self, draft=draft)
 
     def with_region(self, name: str, roi: I64 | None) -> Document:
-        """Return the document with a region kept under `name`; None forgets it."""
+        """Return the document with a region (m,) kept under `name`; None forgets it."""
         return replace(self, regions=_with_entry(self.regions, name, roi))
 
     def with_view(self, name: str, view: View | None) -> Document:

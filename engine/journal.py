@@ -147,7 +147,13 @@ class Journal:
             self._append_state(newest, [], [])
 
     def sync(self) -> None:
-        """Have the bytes survive a power cut."""
+        """Have the bytes survive a power cut.
+
+        Raises
+        ------
+        FileError
+            The disk does not take them.
+        """
         # In this order: what was replaced by now was replaced by this file or one before it.
         count = len(self._replaced)
         file = self._file

@@ -54,7 +54,13 @@ class Mark:
 
 
 def shift_at(s: sp.csr_array, value: float) -> Shift:
-    """Return the shift at `value`, moved by a hair where the factor there is not accurate."""
+    """Return the shift of S (m, m) at `value`, moved a hair where the factor is not accurate.
+
+    Raises
+    ------
+    SolveError
+        No factor near `value` is accurate.
+    """
     probe = np.ones(s.shape[0])
     for attempt in range(6):
         moved = value * (1 + 1e-6 * attempt)
@@ -130,6 +136,10 @@ class Krylov:
 
         In exact arithmetic it is orthogonal already to all but the last two blocks. Rounding spoils
         that slowly, so the rest is seen to for several blocks at a time, which costs half as much.
+
+        Raises
+        ------
+        Cancelled
         """
         if self._run.cancelled:
             raise Cancelled
@@ -173,13 +183,18 @@ class Krylov:
         self._mended, self._lost = end, 0.0
 
     def ritz(self) -> tuple[F64, F64, F64]:
-        """Return Ritz values theta, their coefficients as columns, and residual norms."""
+        """Return Ritz values theta (size,), their coefficients as columns, and residual norms."""
         theta, y = np.linalg.eigh(self._small[: self.size, : self.size])
         left = self._coupling.T @ y[self.size - self.block :]
         return theta, y, np.linalg.norm(left, axis=0)
 
     def vectors(self, theta: F64, y: F64) -> F64:
-        """Return Ritz vectors as unit rows, improved by one application of the operator."""
+        """Return Ritz vectors (v, n) as unit rows, improved by one application of the operator.
+
+        Parameters
+        ----------
+        theta, y : (v,) and (size, v) of those that are wanted, from `ritz`.
+        """
         left = (self._coupling.T @ y[self.size - self.block :]) / theta
         tail = self._rows[self.size : self.size + self.block]
         v = np.ascontiguousarray(y.T) @ self.basis

@@ -17,7 +17,13 @@ COUNT_SHARE = 0.01
 
 
 def cutoff_curvature(delta: F64, areas: F64) -> float:
-    """Return the |H| below which 90 % of the area lies; |H| = |delta| / 2 (Fig. 7, note 3)."""
+    """Return the |H| below which 90 % of the area lies; |H| = |delta| / 2 (Fig. 7, note 3).
+
+    Parameters
+    ----------
+    delta : (m, 3) Laplacian coordinates, 1 / mesh unit.
+    areas : (m,) of the vertices.
+    """
     h = np.sqrt(np.einsum("ij,ij->i", delta, delta)) / 2
     order = np.argsort(h)
     filled = np.cumsum(areas[order])
@@ -65,7 +71,7 @@ class Curve:
 
     @property
     def levels(self) -> F64:
-        """Level 0..1 at each knot."""
+        """Level 0..1 at each knot, (knots,); it never falls."""
         share = self.knots / self.m
         span = self.full - self.cutoffs[0]
         if span <= 1e-9 * self.full:

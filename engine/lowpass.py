@@ -29,7 +29,7 @@ DEGREE = 192
 
 
 def step(eigenvalue: F64, cutoff: float) -> F64:
-    """Return f(lambda) in 0..1: what share of a mode with this eigenvalue the filter keeps."""
+    """Return f(lambda) in 0..1, (k,): what share of each mode the filter keeps."""
     t = (cutoff - eigenvalue) / (cutoff + eigenvalue)
     return np.asarray((1 + erf(t / WIDTH)) / 2)
 

@@ -130,11 +130,16 @@ def lse_rows(
 
 
 def fit_weights(off_diagonal: F64, starts: I64) -> F64:
-    """Return positive weights for fits over one-rings from entries K_ij of the stiffness matrix.
+    """Return positive weights (e,) for fits over one-rings from entries K_ij of the stiffness.
 
     They are the cotangent weights where these are positive. Obtuse and sliver triangles give
     negative and huge ones, which would turn a fit round: they are held between a tenth and ten
     times the ring's mean.
+
+    Parameters
+    ----------
+    off_diagonal : (e,) the entries, ring by ring.
+    starts : (r,) where each ring begins.
     """
     w = np.maximum(-off_diagonal, 0.0)
     counts = np.diff(np.append(starts, len(w)))

@@ -22,11 +22,19 @@ class Aimed(Protocol):
     """A curve of vertices with the pixels they shall project to (a `Stroke`)."""
 
     @property
-    def anchors(self) -> I64: ...
+    def anchors(self) -> I64:
+        """Vertex ids, (c,)."""
+        ...
+
     @property
-    def view(self) -> View: ...
+    def view(self) -> View:
+        """The camera that the target was drawn in."""
+        ...
+
     @property
-    def target(self) -> F64: ...
+    def target(self) -> F64:
+        """Where the anchors shall be seen, (c, 2) px."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -94,6 +102,7 @@ def dihedral_angles(mesh: Mesh, near: B1 | None = None) -> F64:
 
     Parameters
     ----------
+    mesh : the mesh.
     near : (f,) mask; only edges of which at least one face is in it. None for all edges.
 
     Returns
@@ -114,6 +123,12 @@ def rim_dihedral(mesh: Mesh, roi: I64, percentile: float = 95.0) -> float:
 
     The edges that count are those of the faces that have corners both inside and outside the
     region: a crease between the edited and the held part shows there and nowhere else.
+
+    Parameters
+    ----------
+    mesh : the mesh.
+    roi : (m,) vertex ids of the region.
+    percentile : 0..100.
     """
     corners = _mask(mesh.n, roi)[mesh.faces]
     border = np.logical_and(corners.any(axis=1), ~corners.all(axis=1))

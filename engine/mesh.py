@@ -127,7 +127,13 @@ class Mesh:
         self.topology = Topology(self.faces, len(self.vertices))
 
     def with_vertices(self, vertices: ArrayLike) -> Mesh:
-        """Return the mesh with the same faces (the same object) at other positions, (n, 3)."""
+        """Return the mesh with the same faces (the same object) at other positions, (n, 3).
+
+        Raises
+        ------
+        PositionsError
+            There are more or fewer positions, or one is not finite.
+        """
         moved = _checked_vertices(vertices)
         if moved.shape != self.vertices.shape:
             raise PositionsError(

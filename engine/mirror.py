@@ -50,6 +50,12 @@ def mirrored_region(mesh: Mesh, roi: I64, plane: Plane) -> I64:
 
     A vertex belongs to the twin when the mesh vertex nearest to its mirror image is in the region,
     so a finer or coarser other side gets no holes.
+
+    Parameters
+    ----------
+    mesh : the mesh.
+    roi : (m,) vertex ids.
+    plane : a, b, c, d: the points with a x + b y + c z = d; its normal may have any length.
     """
     images = reflected(mesh.vertices, plane)
     # Only what lies near the mirrored region can belong to it.
@@ -110,7 +116,8 @@ class Twins:
 
         Parameters
         ----------
-        rest : (n, 3) the surface that the stroke deforms.
+        stroke : the stroke.
+        rest : (n, 3) the surface that it deforms.
         """
         way = stroke.target - stroke.view.project(rest[stroke.anchors])
         twins = self.of(stroke.anchors)
@@ -124,7 +131,7 @@ class Twins:
         return type(stroke)(twins, view, target, stroke.closed, weights)
 
     def with_twins(self, strokes: Sequence[Stroke], rest: F64) -> list[Stroke]:
-        """Return the strokes and their twins."""
+        """Return the strokes and their twins on the surface `rest` (n, 3)."""
         return [*strokes, *(self.stroke(stroke, rest) for stroke in strokes)]
 
 

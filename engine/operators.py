@@ -94,7 +94,10 @@ def stiffness(x: F64, faces: I64, at: Corners | None = None) -> sp.csr_array:
 
 
 def areas(x: F64, faces: I64, at: Corners | None = None) -> F64:
-    """Return the mixed Voronoi areas (n,) of positions x (n, 3); see `vertex_areas`."""
+    """Return the mixed Voronoi areas (n,) of positions x (n, 3), faces (f, 3); see `vertex_areas`.
+
+    `at` are the `corners` of the same, where they are known.
+    """
     at = at or corners(x, faces)
     part = at.squared * at.cotangents / 8
     voronoi = part[:, [1, 2, 0]] + part[:, [2, 0, 1]]
@@ -106,6 +109,11 @@ def areas(x: F64, faces: I64, at: Corners | None = None) -> F64:
 
 def laplacian_coordinates(stiffness: sp.csr_array, areas: F64, x: F64) -> F64:
     """Return delta = M^-1 K x, (n, 3): along the outward normal, with the length 2 H.
+
+    Parameters
+    ----------
+    stiffness, areas : K (n, n) and M (n,), all areas positive.
+    x : (n, 3) positions.
 
     Source: Orbay et al. 2012, Eq. 3. In units of 1 / mesh unit.
     """
@@ -180,7 +188,9 @@ def trouble(at: Corners, k: sp.csr_array) -> str:
 
 
 def robust(x: F64, faces: I64) -> tuple[sp.csr_array, F64]:
-    """Return K and M by the tufted intrinsic Delaunay Laplacian of robust-laplacian.
+    """Return K (n, n) and M (n,) of x (n, 3) by the tufted intrinsic Delaunay Laplacian.
+
+    Both are 0 at vertices in no face.
 
     Raises
     ------

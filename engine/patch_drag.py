@@ -96,6 +96,7 @@ class PatchDrag:
         ----------
         motions : the ids of each patch and its (4, 4) similarity, x' = matrix @ (x, 1), mesh units.
         method : "smooth" for the linear solve alone, "rigid" to keep shapes in larger turns.
+        run : cancel.
 
         Raises
         ------
@@ -176,7 +177,10 @@ def drag_patch(
     method: Method = "smooth",
     run: Run | None = None,
 ) -> Mesh:
-    """Return the mesh with a patch moved by a similarity, the region around it following."""
+    """Return the mesh with a patch moved by a similarity, the region around it following.
+
+    It is `drag_patches` with one patch, the vertex ids `patch`, and its matrix (4, 4).
+    """
     return drag_patches(mesh, roi, [(patch, matrix)], level, method, run)
 
 
@@ -194,7 +198,22 @@ def drag_patches(
 
     Parameters
     ----------
-    motions : the ids of each patch, no id in two of them, and its matrix (4, 4).
+    mesh : the mesh.
+    roi : (m,) vertex ids of the region; what is outside stays to the bit.
+    motions : the ids of each patch, no id in two of them, and its (4, 4) similarity,
+        x' = matrix @ (x, 1), mesh units.
+    level : 0..1, at which the region bends; finer details are put back turned.
+    method : see `PatchDrag.moved`.
+    run : progress, cancel and memo.
+
+    Raises
+    ------
+    RegionError
+        The patches leave nothing of the region to bend.
+    SketchError
+        A matrix is no similarity that can be meant (see `checked_similarity`).
+    SolveError
+        The surface runs away from the patches.
     """
     run = run or Run()
     # Factors are large: only the newest is kept.

@@ -59,6 +59,7 @@ class UnknownStep:
 
     @property
     def title(self) -> str:
+        """A few words for the list of steps."""
         return f"{self.name} (plugin missing)"
 
     def apply(self, mesh: Mesh, run: Run | None = None) -> Mesh:

@@ -23,9 +23,11 @@ def remesh(mesh: Mesh, roi: ArrayLike, length: float, run: Run | None = None) ->
 
     Parameters
     ----------
+    mesh : the mesh.
     roi : vertex ids of the region. Its outermost two rings of triangles stay as they are, so that
         everything outside it keeps its positions to the last bit.
     length : edge length to aim for, mesh units.
+    run : progress and cancel.
 
     Raises
     ------

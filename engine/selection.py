@@ -19,7 +19,7 @@ _TO_CORNER = 3**-0.5
 
 
 def grown(topology: Topology, roi: I64, rings: int = 1) -> I64:
-    """Return the region with `rings` rings of neighbours."""
+    """Return the ids, ascending, of the region `roi` with `rings` rings of neighbours."""
     inside = _mask(topology, roi)
     for _ in range(rings):
         inside[_border(topology, inside, ~inside)] = True
@@ -27,7 +27,10 @@ def grown(topology: Topology, roi: I64, rings: int = 1) -> I64:
 
 
 def shrunk(topology: Topology, roi: I64, rings: int = 1) -> I64:
-    """Return the region without the vertices within `rings` edges of its border; may be empty."""
+    """Return the ids of the region without what lies within `rings` edges of its border.
+
+    None may be left. An open border of the mesh is no border of the region.
+    """
     outside = ~_mask(topology, roi)
     for _ in range(rings):
         outside[_border(topology, outside, ~outside)] = True

@@ -43,6 +43,11 @@ def sight_rows(view: View, points: F64, way: F64, scale: float, which: I64, weig
     which : (c,) the anchors' places in the list of anchors.
     weights : (c,) in (0, 1].
 
+    Raises
+    ------
+    SketchError
+        An anchor lies behind the camera, or a target at the eye itself.
+
     Source: Orbay et al. 2012, Eq. 17.
     """
     here = seen(view, points)
@@ -68,6 +73,7 @@ def depth_rows(view: View, which: I64, hold: float) -> Rows:
 
     Parameters
     ----------
+    view : the camera that the stroke was drawn in.
     which : (c,) the anchors' places in the list of anchors.
     hold : weight in units of the surface's own stiffness at the anchor.
     """
@@ -83,6 +89,11 @@ def sight_direction(view: View) -> F64:
 
     It is where the two sight planes of the middle pixel meet, which holds for parallel projections
     as for perspective ones.
+
+    Raises
+    ------
+    SketchError
+        The view's matrix squeezes space to a plane, so that it looks nowhere.
     """
     P = view.pixel_matrix
     u, v = view.size[0] / 2, view.size[1] / 2

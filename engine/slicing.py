@@ -219,6 +219,18 @@ def complete(
 
     Eigenvalues of high multiplicity (many equal islands) hide their copies from one Krylov space;
     what is found is taken out and the search begun again from other vectors until the count is met.
+
+    Parameters
+    ----------
+    s : S, (m, m).
+    edge, shift : where the band begins and ends, with the number of eigenvalues below each.
+    known : (b, m) rows near eigenvectors, from the quick search.
+    block : how many vectors a search begins with, at the least.
+
+    Raises
+    ------
+    SolveError
+        The count is not met after a number of searches.
     """
     gap = shift.count - edge.count
     # Nothing outside is nearer to the middle than what is missing inside.

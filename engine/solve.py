@@ -51,7 +51,7 @@ class SuperLUSolver:
         return int(np.count_nonzero(self._lu.U.diagonal() < 0))
 
     def solve(self, b: F64) -> F64:
-        """Return x with A x = b."""
+        """Return x with A x = b for b (n,) or (n, r)."""
         return np.asarray(self._lu.solve(np.asfortranarray(b)))
 
 

@@ -30,6 +30,15 @@ def bands(
     stiffness : K_II, (m, m), symmetric positive definite.
     areas : M_II, (m,), positive.
     modes : how many to compute, at most m.
+    run : progress and cancel.
+
+    Raises
+    ------
+    EngineError
+        So many modes of so large a region are out of reach.
+    SolveError
+        Modes cannot be computed accurately, or not without a gap.
+    Cancelled
 
     Notes
     -----
@@ -58,7 +67,7 @@ def bands(
 
 
 def whole(s: sp.csr_array, run: Run) -> Iterator[tuple[F64, F64]]:
-    """Yield all eigenpairs of S at once by a dense solver; vectors are rows."""
+    """Yield all eigenpairs of S (m, m) at once by a dense solver, (m,) and (m, m); rows."""
     values, vectors = while_polling(run, lambda: np.linalg.eigh(s.toarray()))
     yield values, vectors.T
 

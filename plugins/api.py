@@ -104,7 +104,8 @@ Role = Literal["region", "rim", "source", "target", "pin", "guide"]
 class Pointer:
     """One event of mouse, pen or touchpad, in logical pixels from the top left corner.
 
-    The kind "enter" is the Enter key; only gestures of tools that wait for it get it.
+    The kind "enter" is the Enter key; only gestures of tools that wait for it get it. `pressure` is
+    0..1, and 1 for what has none; `time` is in seconds, and only differences of it mean something.
     """
 
     kind: Literal["press", "move", "release", "hover", "enter"]
@@ -309,14 +310,20 @@ class RegionTool(Tool):
         return None
 
     def enter(self, context: Context) -> Result:
-        """Return the step for the region and the options as they are."""
+        """Return the step for the region and the options as they are.
+
+        Raises
+        ------
+        EngineError
+            No region is chosen.
+        """
         roi = context.document.draft.roi
         if roi is None:
             raise EngineError("There is no region. Press {tool.lasso} and circle a part first.")
         return self.step(roi, context.options, context.document)
 
     def step(self, roi: I64, options: Any, document: Document) -> Step:
-        """Return the step that these options ask for."""
+        """Return the step that these options ask for on the region `roi`, ascending vertex ids."""
         raise NotImplementedError
 
 

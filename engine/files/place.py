@@ -24,7 +24,13 @@ _DAY = 86400.0
 
 @contextlib.contextmanager
 def beside(target: Path, suffix: str) -> Iterator[Path]:
-    """Give a new temporary name in the target's folder; nothing is left there afterwards."""
+    """Give a new temporary name in the target's folder; nothing is left there afterwards.
+
+    Raises
+    ------
+    FileError
+        The folder or the target cannot be written to, or the name cannot be one.
+    """
     part: Path | None = None
     try:
         folder = real_target(target).parent

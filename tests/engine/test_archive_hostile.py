@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,10 @@ from tests.engine.histories import KINDS, fingerprint, view
 def refused(path: Path) -> str:
     with pytest.raises(FileError) as caught:
         open_archive(path, KINDS)
-    return str(caught.value)
+    said = str(caught.value)
+    assert said.startswith(f"“{path.name}” ")
+    assert re.search(r"\w[.)] [A-Z][^.]+\.$", said), f"no remedy: {said}"
+    return said
 
 
 @pytest.mark.parametrize(
