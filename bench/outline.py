@@ -4,8 +4,8 @@ python -m bench.outline FOLDER [--regions 2] [--level 0]
 
 A curve on the outline of the form is pulled out by a share of its length. Measured, along the
 normals of the stroke as it was drawn, is the outermost outline of all faces of the region, at the
-level and with the details on. A polygon of edges of length l that runs along a curve of radius r
-stands l^2 / 8 r off it at its corners or its middles: this bound is told beside.
+level and with the details on. The outline of a mesh is a polygon: how far one through the targets
+of the anchors is off the curve is told beside, as the bound.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from bench.rim import meshes
 from engine import (
@@ -31,7 +32,7 @@ from engine import (
 )
 from engine.arrays import F64, I64
 from engine.contour import Contour, reach_beyond
-from engine.sketch import tidy_stroke
+from engine.sketch import target_curve, tidy_stroke
 
 PULLS = (0.05, 0.15, 0.35)
 RADIUS = (0.12, 0.25)
@@ -72,13 +73,14 @@ def off_curve(contour: Contour, view: View, vertices: F64, drawn: F64, out: F64)
     return off[edge:-edge]
 
 
-def bound(drawn: F64, edge: float) -> float:
-    """Return l^2 / 8 r for the 95th percentile of the curvature of a curve (p, 2) px."""
-    d1 = np.gradient(drawn, axis=0)
-    d2 = np.gradient(d1, axis=0)
-    size = np.maximum(np.linalg.norm(d1, axis=1), 1e-9)
-    curved = np.abs(d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]) / size**3
-    return float(edge**2 * np.percentile(curved[3:-3], 95) / 8)
+def bound(drawn: F64, target: F64) -> float:
+    """Return how far a polygon through targets (c, 2) is off a curve (p, 2), 95th percentile, px.
+
+    Finer than that the mesh cannot be: its edges are straight.
+    """
+    steps = np.linspace(0, len(target) - 1, 40 * len(target))
+    dense = np.column_stack([np.interp(steps, np.arange(len(target)), t) for t in target.T])
+    return float(np.percentile(cKDTree(dense).query(drawn)[0], 95))
 
 
 def region(mesh: Mesh, centre: int, radius: float) -> I64:
@@ -162,7 +164,7 @@ def main() -> None:
                 rms = float(np.sqrt((known**2).mean()))
                 p95, most = np.percentile(known, [95, 100])
                 with_details = np.nanpercentile(np.abs(on), 95) if np.isfinite(on).any() else np.nan
-                limit = bound(drawn, edge)
+                limit = bound(drawn, target_curve(shown[chain], target, view))
                 found.append((rms, p95, most, limit, result.target_error_px, spent))
                 print(
                     f"| {name} {case} | {len(roi)}, {len(chain)} | {edge:.1f} | {limit:.2f} | "

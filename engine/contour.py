@@ -8,15 +8,17 @@ it is met by asking the anchors to stay so much further inside.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
 from engine.arrays import B1, F64, I64
 from engine.mesh import Mesh
-from engine.sketch import smoothed, source_curve, target_curve
+from engine.sketch import chord_lengths, source_curve, target_curve
 from engine.view import View
 
 if TYPE_CHECKING:
@@ -26,10 +28,13 @@ if TYPE_CHECKING:
 _BESIDE = 0.5
 # A new outline lies at most this share of the anchors' way, and so many pixels, off its target.
 _OF_THE_WAY, _NEAR_PX = 0.5, 8.0
-# Weight of second differences along the curve: waves shorter than ten anchors are not followed.
-_EVEN = (2 * np.sin(np.pi / 10)) ** -4
+# Waves shorter than so many anchors are not followed; with few anchors, than a share of them.
+_WAVE_ANCHORS, _WAVE_SHARE, _WAVE_LEAST = 10.0, 0.3, 3.0
+_BETWEEN = 4  # places from one anchor to the next at which the outline is measured
+_LAP = 8  # points beyond which a loop's spline forgets where it was cut
+_KINK = np.radians(20.0)
 _STILL_PX = 2.0  # a target this near to its anchors hardly asks for anything
-_ROUNDS_MIXED = 3
+_ROUNDS_MIXED = 5
 _MOST_PAIRS = 4_000_000
 
 
@@ -152,15 +157,19 @@ class OutlineAim:
         here = view.project(chain)
         way = amount * (stroke.target - here)
         before = view.project(source_curve(chain, closed))
-        self._aim = target_curve(chain, here + way, view, closed)
+        aim = target_curve(chain, here + way, view, closed)
         sign = _outward_sign(mesh, rest, stroke, before)
-        self._outward = sign * _normals(self._aim, closed)
-        self._limit = _NEAR_PX + _OF_THE_WAY * np.linalg.norm(way, axis=1)
+        self._outward = sign * _normals(aim, closed)
+        self._aim, own = between(aim, closed), between(before, closed)
+        self._aim_outward = sign * _normals(self._aim, closed)
+        far = between(np.linalg.norm(way, axis=1)[:, None], closed)[:, 0].clip(0.0)
+        self._limit = _NEAR_PX + _OF_THE_WAY * far
+        self._even = even_fit(len(chain), len(far), closed)
         lines = self._contour.lines(view, rest)
-        near = np.full(len(chain), _NEAR_PX)
-        own = reach_beyond(lines, before, sign * _normals(before, closed), near)
-        faded = 1.0 / (1.0 + (np.linalg.norm(way, axis=1) / _STILL_PX) ** 2)
-        self._own = faded * np.where(np.isfinite(own), own, 0.0)
+        near = np.full(len(own), _NEAR_PX)
+        found = reach_beyond(lines, own, sign * _normals(own, closed), near)
+        faded = 1.0 / (1.0 + (far / _STILL_PX) ** 2)
+        self._own = faded * np.where(np.isfinite(found), found, 0.0)
 
     def beyond(self, level: F64) -> F64:
         """Return how far the outline of the deformed surface (n, 3) is beyond the target, (c,) px.
@@ -168,19 +177,74 @@ class OutlineAim:
         Ripples of the outline that are finer than the anchors can follow are left out.
         """
         lines = self._contour.lines(self.stroke.view, level)
-        reach = reach_beyond(lines, self._aim, self._outward, self._limit)
+        reach = reach_beyond(lines, self._aim, self._aim_outward, self._limit)
         reach -= self._own
         known = np.flatnonzero(np.isfinite(reach))
         if 2 * len(known) < len(reach):
-            return np.zeros(len(reach))
+            return np.zeros(len(self._outward))
         whole = np.interp(np.arange(len(reach)), known, reach[known])
-        return smoothed(whole[:, None], _EVEN, self.stroke.closed)[:, 0]
+        return np.asarray(self._even @ whole)
 
     def inside(self, shift: F64) -> Stroke:
         """Return the stroke with its targets moved inwards by `shift` (c,) px."""
         held = shift if self.stroke.weights is None else shift * self.stroke.weights
         target = self.stroke.target - (held / self._amount)[:, None] * self._outward
         return replace(self.stroke, target=target)
+
+
+def between(points: F64, closed: bool) -> F64:
+    """Return a curve (c, d) with `_BETWEEN` times as many points, on a spline between them.
+
+    A spline would swing beside a tip: it ends there, and another one begins.
+    """
+    c = len(points)
+    if c < 3:
+        return points
+    lap = min(c, _LAP)
+    around = np.vstack([points[-lap:], points, points[: lap + 1]]) if closed else points
+    first = lap if closed else 0
+    i = first + np.arange(_BETWEEN * c if closed else _BETWEEN * (c - 1) + 1) / _BETWEEN
+    knots = np.arange(len(around), dtype=np.float64)
+    lengths = chord_lengths(around) + 1e-9 * knots
+    at = np.interp(i, knots, lengths)
+    dense = np.empty((len(i), points.shape[1]))
+    for start, end in pairwise([0, *_kinks(around), len(around) - 1]):
+        part = (i >= start) & (i <= end)
+        if part.any():
+            piece = slice(start, end + 1)
+            dense[part] = CubicSpline(lengths[piece], around[piece])(at[part])
+    return dense
+
+
+def _kinks(points: F64) -> list[int]:
+    """Return the inner points where a polyline (c, d) turns, and does not beside them."""
+    if points.shape[1] != 2:
+        return []
+    steps = np.diff(points, axis=0)
+    across = steps[:-1, 0] * steps[1:, 1] - steps[:-1, 1] * steps[1:, 0]
+    turn = np.abs(np.arctan2(across, (steps[:-1] * steps[1:]).sum(axis=1)))
+    beside = np.convolve(turn, [0.5, 0.0, 0.5], mode="same")
+    return [int(i) for i in np.flatnonzero((turn > _KINK) & (turn > 2 * beside)) + 1]
+
+
+def even_fit(c: int, q: int, closed: bool) -> F64:
+    """Return the matrix (c, q) from values along a curve to the even ones at its anchors.
+
+    They are what fits best when it is drawn straight from anchor to anchor, with a weight on
+    second differences that leaves out waves that the anchors cannot follow.
+    """
+    at = np.arange(q) / _BETWEEN if q > c else np.arange(q, dtype=np.float64)
+    apart = np.abs(at[:, None] - np.arange(c))
+    if closed:
+        apart = np.minimum(apart, c - apart)
+    hat = np.maximum(1.0 - apart, 0.0)
+    waves = np.clip(_WAVE_SHARE * c, _WAVE_LEAST, _WAVE_ANCHORS)
+    weight = q / c * (2 * np.sin(np.pi / waves)) ** -4.0
+    bend = np.eye(c) - (np.roll(np.eye(c), 1, axis=0) + np.roll(np.eye(c), -1, axis=0)) / 2
+    bend *= -2.0
+    if not closed:
+        bend = bend[1:-1]
+    return np.asarray(np.linalg.solve(hat.T @ hat + weight * bend.T @ bend, hat.T))
 
 
 def asked_next(asked: list[F64], left: list[F64]) -> F64:

@@ -28,9 +28,10 @@ from engine.threads import while_polling
 if TYPE_CHECKING:
     from engine.edit import EditOptions, Stroke
 
-# An outline this near to its target is met; it takes two to four rounds, more for a sharp tip.
-_MET_PX = 0.2
-_OUTLINE_ROUNDS = 7
+# An outline this near to its target is met; it takes two to four rounds, more for a strong pull.
+_MET_PX = 0.1
+_OUTLINE_ROUNDS = 14
+_ROUNDS_IN_VAIN = 4
 
 # How far a vertex may go beyond what was drawn, in diagonals of the region.
 _FARTHEST = 1.0
@@ -49,7 +50,14 @@ def prepare_edit(
 
     Parameters
     ----------
+    mesh : the mesh.
+    roi : (m,) vertex ids of the region.
+    level : 0..1, at which the strokes deform the surface.
     anchors : (c,) vertex ids of each stroke; none prepares what the anchors do not change.
+    options : how it is deformed.
+    run : progress, cancel and memo.
+    decomposition : of the same mesh, region and rim rule, to compute no modes again; None to make
+        one with the modes that the level needs.
     """
     roi = np.asarray(roi, dtype=np.int64)
     chains = tuple(np.asarray(chain, dtype=np.int64) for chain in anchors)
@@ -242,20 +250,23 @@ class PreparedEdit:
         ends = np.cumsum([len(strokes[i].anchors) for i in aims])
         asked = [np.zeros(ends[-1] if aims else 0)]
         left: list[F64] = []
-        nearest, off = moved, np.inf
+        nearest, off, vain = moved, np.inf, 0
         for _ in range(_OUTLINE_ROUNDS if aims else 0):
             level = self._level(moved)
             left.append(np.concatenate([aim.beyond(level) for aim in aims.values()]))
             now = float(np.abs(left[-1]).max())
+            vain += 1
             if now < off:
-                nearest, off = moved, now
-            if off <= _MET_PX:
+                nearest, off, vain = moved, now, 0
+            if off <= _MET_PX or vain == _ROUNDS_IN_VAIN:
                 break
             asked.append(asked_next(asked, left))
             inner = dict(zip(aims, np.split(asked[-1], ends[:-1]), strict=True))
-            moved = self._moved(
-                [aims[i].inside(inner[i]) if i in aims else s for i, s in enumerate(strokes)]
-            )
+            further = [aims[i].inside(inner[i]) if i in aims else s for i, s in enumerate(strokes)]
+            try:
+                moved = self._moved(further)
+            except SolveError:
+                break  # What is nearest so far stands: it is what was drawn, if not to the pixel.
         others = [stroke for i, stroke in enumerate(strokes) if i not in aims]
         error = self._target_error(self._level(nearest), others)
         return nearest, max(error, off) if aims else error

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from engine import SketchEdit, Stroke, View, resample_target, silhouette_chain
-from engine.contour import Contour, reach_beyond
+from engine.contour import Contour, between, even_fit, reach_beyond
 from tests.engine.shapes import camera, parallel, sphere
 
 BALL = sphere(5)
@@ -104,3 +104,43 @@ def test_lines_are_measured_along_the_normals() -> None:
     assert off[:2] == pytest.approx([2.5, 3.5])
     assert np.isnan(off[2])
     assert np.isnan(reach_beyond(lines, curve, up, np.full(3, 0.5))).all()
+
+
+def test_a_strong_pull_is_met_between_the_anchors_too() -> None:
+    """Pulled by a third of its length, to within half a pixel of what straight edges allow."""
+    view = FAR
+    swell = np.ptp(outline_arc(view, 0.0)[:, 1]) / 3
+    stroke = bulged(view, swell, outline=True)
+    met = SketchEdit(ROI, 0.0, (stroke,)).prepare(BALL).solve((stroke,))
+    off = off_target(view, met.level_vertices, swell)
+    plain = replace(stroke, outline=False)
+    before = off_target(
+        view, SketchEdit(ROI, 0.0, (plain,)).prepare(BALL).solve((plain,)).level_vertices, swell
+    )
+    print(off, before)
+    assert off < 0.5 < before / 4
+    assert met.target_error_px < 0.5
+
+
+@pytest.mark.parametrize("closed", [False, True])
+def test_between_anchors_a_curve_is_round(closed: bool) -> None:
+    angle = np.linspace(0, 2 * np.pi if closed else np.pi, 24, endpoint=not closed)
+    circle = 50 * np.column_stack([np.cos(angle), np.sin(angle)])
+    dense = between(circle, closed)
+    assert len(dense) == (4 * 24 if closed else 4 * 23 + 1)
+    assert dense[::4] == pytest.approx(circle)
+    assert np.abs(np.linalg.norm(dense, axis=1) - 50).max() < 0.05
+
+
+@pytest.mark.parametrize("closed", [False, True])
+def test_long_waves_are_followed_and_short_ones_left_out(closed: bool) -> None:
+    c = 48
+    q = 4 * c if closed else 4 * (c - 1) + 1
+    fit = even_fit(c, q, closed)
+    at, anchors = np.arange(q) / 4, np.arange(c)
+    for wave, gain in ((48.0, 1.0), (4.0, 0.0)):
+        given = np.cos(2 * np.pi * at / wave)
+        got = fit @ given
+        share = got @ np.cos(2 * np.pi * anchors / wave) / (c / 2)
+        assert share == pytest.approx(gain, abs=0.06)
+    assert fit @ np.ones(q) == pytest.approx(np.ones(c))
