@@ -18,7 +18,7 @@ def ends_at_outline(context: Context, roi: I64) -> bool:
 
     A curve that moves the outline would leave there what lies behind it.
     """
-    outside = np.setdiff1d(grown(context.shown.topology, roi), roi)
+    outside = _beside(context.shown, roi)
     if len(outside) == 0:
         return False
     return bool(_turned_away(context.shown, outside, context.view).mean() > AT_OUTLINE)
@@ -33,7 +33,7 @@ def ends_behind(context: Context, anchors: I64, roi: I64) -> bool:
     does not count.
     """
     mesh, view = context.shown, context.view
-    outside = np.setdiff1d(grown(mesh.topology, roi), roi)
+    outside = _beside(mesh, roi)
     if len(outside) == 0:
         return False
     hidden = mesh.vertices[outside[_turned_away(mesh, outside, view)]]
@@ -50,6 +50,14 @@ def ends_behind(context: Context, anchors: I64, roi: I64) -> bool:
     away = np.linalg.norm(to, axis=2)
     aside = np.abs(np.einsum("chk,ck->ch", to, along)) < ASIDE * away
     return bool((aside & (away < BESIDE * length)).any(axis=1).mean() > MANY)
+
+
+def _beside(mesh: Mesh, roi: I64) -> I64:
+    """Return the vertices next to a region, ascending."""
+    beside = np.zeros(mesh.n, dtype=bool)
+    beside[grown(mesh.topology, roi)] = True
+    beside[roi] = False
+    return np.flatnonzero(beside)
 
 
 def _turned_away(mesh: Mesh, ids: I64, view: View) -> B1:
