@@ -222,9 +222,10 @@ class Isoline:
     """
 
     def __init__(self, values: NDArray[Any], faces: I64) -> None:
-        above = values[faces] > 0.5
-        crossed = faces[above.any(axis=1) & ~above.all(axis=1)]
-        high = values[crossed] > 0.5
+        above = values > 0.5
+        a, b, c = (above[faces[:, k]] for k in range(3))
+        crossed = faces[(a != b) | (b != c)]
+        high = above[crossed]
         lone_is_high = high.sum(axis=1) == 1
         lone = np.argmax(high == lone_is_high[:, None], axis=1)
         row = np.arange(len(crossed))
