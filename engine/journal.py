@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from engine.document import HistoryState, Moment
 from engine.errors import EngineError, FileError
 from engine.filelock import try_lock
-from engine.files.place import Stamp, push_folder, sentence
+from engine.files.place import Stamp, push_folder, why_not_written
 from engine.npy import npy_array, npy_header
 from engine.packing import Packer, array_key, json_bytes
 from engine.recipe import Kinds
@@ -206,7 +206,11 @@ class Journal:
 
 
 def _failure(error: OSError) -> FileError:
-    return FileError(sentence("The recovery copy", error))
+    fact, _ = why_not_written(error)
+    return FileError(
+        f"No recovery copy can be kept: {fact}. Save often until this is mended: a crash would "
+        "cost what is not saved."
+    )
 
 
 def _place(state: HistoryState) -> tuple[int, dict[int, int]]:

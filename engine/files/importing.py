@@ -11,7 +11,7 @@ from engine.files.cleanup import clean_up
 from engine.files.defects import flat_faces
 from engine.files.native import read_native
 from engine.files.place import read_whole
-from engine.files.report import CLEANING, FACE_WARNING, Change, ImportReport
+from engine.files.report import CLEANING, FACE_WARNING, READING, Change, ImportReport
 from engine.files.scan_3mf import scan_3mf
 from engine.files.scan_obj import scan_obj
 from engine.files.scan_off import scan_off
@@ -27,8 +27,8 @@ Tick = Callable[[float, str], None]
 def import_file(job: dict[str, Any], _: Arrays, tick: Tick) -> tuple[dict[str, Any], Arrays]:
     """Read `job["path"]`; answer with the mesh as read and, where that differs, as cleaned."""
     path, name = Path(job["path"]), job["name"]
-    tick(0.05, "Reading")
-    soup = read_soup(path, read_whole(path, name), name)
+    tick(0.05, READING)
+    soup = read_soup(path, read_whole(path, name, lambda: tick(0.05, READING)), name)
     tick(0.4, "Checking")
     v, f, reading = settle(soup, name)
     if flat_faces(v, f).all():

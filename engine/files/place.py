@@ -11,7 +11,7 @@ import re
 import secrets
 import stat
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from engine.errors import FileError
@@ -20,6 +20,8 @@ from engine.files.report import shown
 _HOST = hashlib.sha256(platform.node().encode()).hexdigest()[:8]
 _PART = re.compile(r"\.eigenform-part-([0-9a-f]{8})-(\d+)-[0-9a-f]{8}(\.\w+)?")
 _DAY = 86400.0
+BLOCK = 1 << 20
+"""Bytes that are read at once."""
 
 
 @contextlib.contextmanager
@@ -187,18 +189,27 @@ def refuse_changed(place: Path, known: Stamp) -> None:
         )
 
 
-def read_whole(place: Path, name: str) -> bytes:
+def read_whole(place: Path, name: str, more: Callable[[], None] | None = None) -> bytes:
     """Return what is in a file, if nobody wrote to it meanwhile.
+
+    Parameters
+    ----------
+    name : what a sentence calls it.
+    more : called whenever another block of it has come.
 
     Raises
     ------
     FileError
-        It cannot be read, or it changed while it was read; the sentence calls it `name`.
+        It cannot be read, or it changed while it was read.
     """
     try:
         with place.open("rb") as file:
             before = os.fstat(file.fileno())
-            data = file.read()
+            blocks: list[bytes] = []
+            while block := file.read(BLOCK):
+                blocks.append(block)
+                if more is not None:
+                    more()
             after = os.fstat(file.fileno())
     except OSError as error:
         raise FileError(reading_sentence(name, error)) from error
@@ -207,7 +218,7 @@ def read_whole(place: Path, name: str) -> bytes:
             f"“{name}” changed while it was read: another program is writing it. "
             "Open it again when that is done."
         )
-    return data
+    return b"".join(blocks)
 
 
 def reading_sentence(name: str, error: OSError | ValueError) -> str:
@@ -228,8 +239,8 @@ def reading_sentence(name: str, error: OSError | ValueError) -> str:
     return f"“{name}” {fact}. {remedy}."
 
 
-def sentence(name: str, error: OSError) -> str:
-    """Return what to tell the person about `error` while saving `name`."""
+def why_not_written(error: OSError) -> tuple[str, str]:
+    """Return what `error` means to whoever wanted to write, and the remedy."""
     facts = {
         errno.ENOSPC: ("the disk is full", "Make room or choose another disk"),
         errno.EDQUOT: ("your share of the disk is full", "Make room or choose another disk"),
@@ -239,9 +250,15 @@ def sentence(name: str, error: OSError) -> str:
         errno.EROFS: ("this disk can only be read", "Choose another folder"),
         errno.ENOENT: ("the folder is not there", "Choose another folder"),
         errno.ENOTDIR: ("the folder is not there", "Choose another folder"),
+        errno.EEXIST: ("a file is where its folder should be", "Move that file away"),
         errno.EISDIR: ("there is a folder of that name", "Choose another name"),
         errno.ELOOP: ("its symbolic links lead in a circle", "Choose another name"),
         errno.ENAMETOOLONG: ("the name is too long", "Choose a shorter name"),
     }
-    fact, remedy = facts.get(error.errno or 0, (str(error), "Choose another place"))
+    return facts.get(error.errno or 0, (str(error), "Choose another place"))
+
+
+def sentence(name: str, error: OSError) -> str:
+    """Return what to tell the person about `error` while saving `name`."""
+    fact, remedy = why_not_written(error)
     return f"“{name}” was not saved: {fact}. {remedy}; what was there before is unchanged."

@@ -17,6 +17,7 @@ import psutil
 
 from engine.errors import Cancelled, EngineError, FileError, MeshError
 from engine.files import limits
+from engine.files.report import READING
 from engine.files.wire import Arrays, receive, send
 from engine.run import Run
 
@@ -166,6 +167,8 @@ class FileWorker:
                 text = "Begun"
             elif "fraction" in message:
                 fraction, text = message["fraction"], message["text"]
+                if text == READING:
+                    clock.begin_again()
                 _tick(run, fraction, text)
             else:
                 return message, found
@@ -196,7 +199,7 @@ class FileWorker:
 
 
 class _Clock:
-    """How long a job may take: `seconds` of work, and four times that in all.
+    """How long a job may take: `seconds` of work, and four times that in all since the file came.
 
     A slow drive or a busy machine is not the file's fault; native code that hangs works hard.
     """
@@ -204,7 +207,12 @@ class _Clock:
     def __init__(self, pid: int, seconds: float) -> None:
         self._pid = pid
         self._work_end = self._work() + seconds
-        self._end = time.monotonic() + 4 * seconds
+        self._seconds = seconds
+        self.begin_again()
+
+    def begin_again(self) -> None:
+        """Note that something came from the disk or network just now."""
+        self._end = time.monotonic() + 4 * self._seconds
 
     def _work(self) -> float:
         try:

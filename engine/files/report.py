@@ -9,7 +9,8 @@ from typing import Any
 PRECISION = {
     ".obj": 0.0, ".ply": 0.0, ".stl": 2.0**-23, ".off": 0.0, ".3mf": 0.0, ".glb": 2.0**-23,
 }  # fmt: skip
-# What the worker says it does while native filters run.
+# What the worker says it does while the file is coming, and while native filters run.
+READING = "Reading"
 CLEANING = "Cleaning"
 FACE_WARNING = 0.02
 # They join letters and the parts of pictures in names, and mislead nobody.

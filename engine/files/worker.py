@@ -10,6 +10,7 @@ from typing import Any, BinaryIO
 
 from engine.errors import EngineError
 from engine.files import limits
+from engine.files.report import READING
 from engine.files.wire import Arrays, receive, send
 
 Tick = Callable[[float, str], None]
@@ -41,6 +42,9 @@ def _serve(job: dict[str, Any], arrays: Arrays, outgoing: BinaryIO) -> bool:
     from engine.files.remeshing import remesh_part
 
     def tick(fraction: float, text: str) -> None:
+        if text == READING:
+            # A slow network is not the file's fault, as long as something comes.
+            limits.die_after(4 * float(job["seconds"]) + 10.0)
         send(outgoing, {"fraction": fraction, "text": text})
 
     jobs = {"import": import_file, "export": export_mesh, "remesh": remesh_part}

@@ -18,7 +18,7 @@ import pytest
 
 from engine import FileError, Mesh, open_file, save
 from engine.files import limits
-from engine.files.process import WorkerDiedError, spawn, worker
+from engine.files.process import FileWorker, WorkerDiedError, spawn, worker
 from engine.files.report import CLEANING
 from engine.io import start_worker
 from tests import comma_locale
@@ -53,6 +53,19 @@ def test_the_worker_is_held_to_its_time(tmp_path: Path, monkeypatch: pytest.Monk
     assert open_file(tmp_path / "a.obj").mesh.n == 40_000
     assert limits.seconds_for(1) == 20.0
     assert limits.seconds_for(1_000_000_000) == 100.0
+
+
+def test_a_file_may_come_slowly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From a network it comes in 6 seconds, while 4 would be too long without a sign of life."""
+    path = write(tmp_path, "a.obj", tetrahedron())
+    slow = FileWorker()
+    slow.spawn = lambda: spawn("tests.soak.mortal_worker", "slow")
+    monkeypatch.setattr("engine.io.worker", slow)
+    monkeypatch.setattr(limits, "seconds_for", lambda size: 1.0)
+    try:
+        assert open_file(path).mesh.n == 4
+    finally:
+        slow.stop()
 
 
 def test_a_crash_of_native_code_costs_a_sentence(shared_meshes: Path, tmp_path: Path) -> None:

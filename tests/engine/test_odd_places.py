@@ -241,6 +241,13 @@ def test_a_document_on_a_disk_that_can_only_be_read(tmp_path: Path) -> None:
             Journal(disk)
 
 
+def test_a_file_in_the_place_of_the_journals_is_told(tmp_path: Path) -> None:
+    (tmp_path / "journals").write_text("")
+    with pytest.raises(FileError, match="a file is where its folder should be") as refusal:
+        Journal(tmp_path / "journals")
+    assert "Errno" not in str(refusal.value)
+
+
 def test_a_disk_that_fills_while_the_journal_is_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -263,6 +270,7 @@ def test_a_disk_that_fills_while_the_journal_is_kept(
             assert scribe.flush()
         assert len(said) == 1
         assert "disk is full" in said[0]
+        assert "Save often" in said[0], "what the person can do"
         # Killed now, what was written before the disk was full is there.
         kept = list(folder.glob("*.journal"))
         copies = tmp_path / "copies"

@@ -1,19 +1,25 @@
 """The file worker, but for how it dies: really, and where a test wants it to.
 
 Where its file may not grow beyond a limit, the system ends it at that very byte, as a kill would.
-Called with `filter`, the system ends it while a native filter runs.
+Called with `filter`, the system ends it while a native filter runs. Called with `slow`, a file
+comes to it as from a slow network, in ten blocks.
 """
 
 from __future__ import annotations
 
 import signal
 import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from engine.files import worker
 
 # What a filter gets before the end; it takes many times as long on a mesh of some thousand faces.
 FILTER_SECONDS = 1e-4
+# What a block takes from the slow network.
+BLOCK_SECONDS = 0.6
 
 
 def die_inside_filters() -> None:
@@ -41,6 +47,24 @@ def _make_filters_mortal() -> None:
     pymeshlab.MeshSet.apply_filter = apply_filter
 
 
+def read_slowly() -> None:
+    """Have every block of a file come late."""
+    from engine.files import importing, place
+
+    real = importing.read_whole
+
+    def read_whole(path: Path, name: str, more: Callable[[], None]) -> bytes:
+        place.BLOCK = -(-path.stat().st_size // 10)
+
+        def late() -> None:
+            time.sleep(BLOCK_SECONDS)
+            more()
+
+        return real(path, name, late)
+
+    importing.read_whole = read_whole
+
+
 def main() -> None:
     """Serve jobs as the file worker does."""
     # Python asks the system to refuse such a write instead.
@@ -51,4 +75,6 @@ def main() -> None:
 if __name__ == "__main__":
     if sys.argv[1:] == ["filter"]:
         die_inside_filters()
+    elif sys.argv[1:] == ["slow"]:
+        read_slowly()
     main()
