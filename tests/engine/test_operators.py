@@ -11,7 +11,7 @@ import scipy.sparse as sp
 
 from bench import broken
 from engine import Mesh, cotangent_stiffness, mean_curvature, vertex_areas
-from engine.operators import laplacian, laplacian_coordinates
+from engine.operators import laplacian, laplacian_coordinates, robust
 from tests.engine.surfaces import flat, icosphere_like, interior, real
 
 
@@ -62,6 +62,9 @@ def test_a_vertex_in_no_face_has_no_curvature() -> None:
     curvature = mean_curvature(mesh)
     assert curvature[-1] == 0
     assert (curvature[:-1] == mean_curvature(ball)).all()
+    K, M = robust(mesh.vertices, mesh.faces)
+    assert M[-1] == 0
+    assert abs(K[[-1]]).max() == 0
 
 
 def test_regular_sphere_is_right_at_every_vertex() -> None:

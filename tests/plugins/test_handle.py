@@ -62,6 +62,26 @@ def test_shift_turns_and_control_scales_about_the_middle(context: FlatContext) -
         assert M[:3, 3] == pytest.approx(np.zeros(3), abs=1e-9)
 
 
+def test_a_handle_grows_to_the_right_and_up_and_turns_with_the_hand(context: FlatContext) -> None:
+    middle = np.array([3.0, 4.0, 0.0])
+
+    def matrix(motion: str, drag: tuple[float, float], normal: np.ndarray | None = None):
+        return similarity(context.view, motion, np.array(drag), middle, middle, normal)
+
+    for drag, size in (((140, 0), 2.0), ((0, -140), 2.0), ((-70, 70), 0.5), ((70, 70), 1.0)):
+        assert matrix("scale", drag)[:3, :3] == pytest.approx(size * np.eye(3))
+    # Up by a twelfth of a turn: what faces the eye goes up, about +x backwards.
+    up = matrix("turn", (0, -40))[:3, :3]
+    assert up @ [0, 0, 1] == pytest.approx([0, np.sin(np.pi / 6), np.cos(np.pi / 6)])
+    for motion in ("turn", "twist", "scale"):
+        there = matrix(motion, (31, -12))
+        assert there @ [*middle, 1] == pytest.approx([*middle, 1]), "the middle stays"
+    for normal in np.eye(3):
+        one, other = (matrix("turn", (31, -12), sign * normal) for sign in (1, -1))
+        assert one == pytest.approx(other), "a plane has no side"
+        assert one[:3, :3] @ normal == pytest.approx(normal)
+
+
 def test_a_click_does_nothing_and_the_rim_is_left_alone(context: FlatContext) -> None:
     assert do(Handle(), context, [px(0, 0), px(0.5, 0), px(0, 0)]) is None
     with pytest.raises(EngineError, match="not on the region"):

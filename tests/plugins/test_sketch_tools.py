@@ -164,6 +164,22 @@ def test_shift_adds_control_and_the_eraser_take_away(context: FlatContext) -> No
     assert do(Lasso(), context, around(0, 0, 45), ctrl=True).draft.roi is None
 
 
+def test_a_spot_is_taken_away_on_purpose_and_left_out_by_chance() -> None:
+    """What a lasso misses within the region comes along; what is taken out of it stays out."""
+    context = FlatContext(Document.open(plate(41)))
+    context.document = do(Lasso(), context, around(0, 0, 45))
+    whole = context.document.draft.roi
+    middle = int(np.linalg.norm(context.document.mesh.vertices, axis=1).argmin())
+    for key in ("ctrl", "eraser"):
+        cut = do(Lasso(), context, around(0, 0, 2), **{key: True}).draft.roi
+        assert set(whole) - set(cut) == {middle}
+    missed = context.vertices_inside
+    context.vertices_inside = lambda polygon, through=False: np.setdiff1d(
+        missed(polygon, through), [middle]
+    )
+    assert middle in do(Lasso(), context, around(0, 0, 45)).draft.roi
+
+
 def test_a_click_is_no_lasso_and_an_empty_one_is_told(context: FlatContext) -> None:
     assert do(Lasso(), context, [px(0, 0), px(1, 1)]) is None
     with pytest.raises(EngineError, match="Nothing was caught"):
@@ -498,3 +514,33 @@ def test_a_pin_is_set_and_taken_out(context: FlatContext) -> None:
     assert do(pin, context, [px(6, 5), px(6, 5)]).draft.options.pins == ()
     with pytest.raises(EngineError, match="coloured part"):
         do(pin, context, [px(45, 45), px(45, 45)])
+
+
+def test_a_pin_is_dragged_along_the_region(context: FlatContext) -> None:
+    chosen(context)
+    pin = Pin()
+    for at in ((5, 5), (15, 5), (-10, 0)):
+        context.document = do(pin, context, [px(*at), px(*at)])
+
+    def places(document: Document) -> list[list[float]]:
+        return document.mesh.vertices[list(document.draft.options.pins), :2].round(9).tolist()
+
+    moved = do(pin, context, line((11, 5), (0, 15)))
+    assert sorted(places(moved)) == [[-10, 0], [0, 15], [5, 5]], "the nearest one goes along"
+    assert len(context.previews) > 5
+    beyond = do(pin, context, line((15, 5), (48, 5), 60))
+    assert max(places(beyond))[0] > 20, "it stays at the last place on the region"
+    assert len(places(beyond)) == 3
+    let_go = do(pin, context, [px(15, 5), px(16, 5), px(15, 5)])
+    assert sorted(places(let_go)) == [[-10, 0], [5, 5]], "so short a drag is a click"
+
+
+def test_a_pin_that_is_not_seen_is_left_alone(context: FlatContext) -> None:
+    chosen(context)
+    pin = Pin()
+    context.document = do(pin, context, [px(5, 5), px(5, 5)])
+    context.vertices_near = lambda x, y, radius, through=False: np.zeros(0, dtype=np.int64)
+    (behind,) = context.document.draft.options.pins
+    both = do(pin, context, [px(9.5, 5), px(9.5, 5)]).draft.options.pins
+    assert len(both) == 2
+    assert behind in both
