@@ -205,7 +205,10 @@ class LevelPanel(Panel):
         level = document.draft.level
         with QSignalBlocker(self.slider), QSignalBlocker(self.percent):
             self.slider.setValue(round(level * TICKS))
-            if round(self.percent.value(), 1) != round(level * 100, 1):
+            places = percent_places(level)
+            if places != self.percent.decimals():
+                self.percent.setDecimals(places)
+            if round(self.percent.value(), places) != round(level * 100, places):
                 self.percent.setValue(level * 100)
         if known is None:
             self.modes.setText("–")
@@ -281,6 +284,13 @@ def mode_words(known: Decomposition, k: int) -> str:
     if k > known.k:
         return f"{known.k:,} of {k:,} so far"
     return f"{k:,} of {known.m:,}"
+
+
+def percent_places(level: float) -> int:
+    """Return how many decimals, 1 to 4, tell a level between its ends apart from these."""
+    if level <= 0.0 or level >= 1.0:
+        return 1
+    return next((d for d in range(1, 4) if 0.0 < round(level * 100, d) < 100.0), 4)
 
 
 def _number(suffix: str, low: float, high: float, decimals: int, name: str) -> DecimalField:

@@ -85,3 +85,14 @@ def test_the_amount_is_dragged(window: Window, qtbot) -> None:
     assert 0.4 < share < 0.6
     way = np.linalg.norm(session.shown.vertices[anchors] - still, axis=1)
     assert way.max() == pytest.approx(share * np.linalg.norm(full - still, axis=1).max(), rel=0.1)
+
+
+def test_a_level_just_above_the_base_does_not_read_as_the_base(window: Window, qtbot) -> None:
+    session, percent = window.session, window.level.percent
+    region(window, qtbot)
+    for level, told in ((0.0004, 0.04), (0.25, 25.0), (0.99996, 99.996), (0.0, 0.0)):
+        session.slide_level(level)
+        rest(window, qtbot)
+        assert session.document.draft.level == level, "what is shown changes nothing"
+        assert percent.value() == pytest.approx(told, abs=1e-9)
+    assert percent.decimals() == 1
