@@ -26,7 +26,7 @@ def faulty(mesh: Mesh, path: Path) -> None:
 
 
 def files(stage: Stage) -> None:
-    """A faulty file is opened; unsaved work is left and offered again."""
+    """A faulty file is opened; unsaved work is left, offered again and asked about."""
     window = stage.window
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -57,4 +57,6 @@ def files(stage: Stage) -> None:
         stage.keep("files-restore")
         stage.click(window.safety.bar.buttons["Restore"])
         stage.rest()
+        window.close()
+        stage.dialog("files-closing")
         window.safety.leave()

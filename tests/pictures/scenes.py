@@ -77,7 +77,10 @@ SCENES: dict[str, Scene] = {
             "tool-remesh",
         ),
     ),
-    "files": Scene(files.files, ("files-report", "files-unit", "files-recent", "files-restore")),
+    "files": Scene(
+        files.files,
+        ("files-report", "files-unit", "files-recent", "files-restore", "files-closing"),
+    ),
     "commands": Scene(
         commands.commands, ("keys-palette", "keys-sheet", "keys-plugins", "looks-dark")
     ),
