@@ -248,11 +248,6 @@ class RimBend:
         return np.where(region.rim_open, 0.0, h)
 
 
-def smooth_base(region: Region) -> F64:
-    """Return the solution of K M^-1 K x = 0 with two rings held, (m, 3)."""
-    return Plate(region).plain()
-
-
 class _Normals:
     """Area-weighted unit normals of positions over fixed faces.
 

@@ -119,8 +119,7 @@ class Krylov:
         self._rows = np.empty((room + self.block, self.n))
         self._small = np.zeros((room + self.block, room + self.block))
         first = start - (start @ self._locked.T) @ self._locked
-        q, self.start_coefficients = _orthonormal(first, SEED, self._locked)
-        self._rows[: self.block] = q
+        self._rows[: self.block] = _orthonormal(first, SEED, self._locked)[0]
         self.size = 0
         self._mended = self.block
         self._lost = self._largest = 0.0

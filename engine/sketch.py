@@ -67,6 +67,11 @@ def pressure_weights(path_px: ArrayLike, pressures: ArrayLike, anchors_px: Array
     ----------
     path_px, pressures : (p, 2) px and (p,) in 0..1 as they were drawn.
     anchors_px : (c, 2) where the anchors are seen in the same view.
+
+    Raises
+    ------
+    SketchError
+        There is not one pressure for each point, or the stroke is none.
     """
     path = np.asarray(path_px, dtype=np.float64)
     pressure = np.asarray(pressures, dtype=np.float64)
@@ -79,7 +84,13 @@ def pressure_weights(path_px: ArrayLike, pressures: ArrayLike, anchors_px: Array
 
 
 def checked_path(path_px: ArrayLike) -> F64:
-    """Return a stroke as (p, 2) without points that repeat the one before; p >= 2."""
+    """Return a stroke as (p, 2) without points that repeat the one before; p >= 2.
+
+    Raises
+    ------
+    SketchError
+        It holds what is no pixel position, or it is only a point.
+    """
     path = np.asarray(path_px, dtype=np.float64)
     if path.ndim != 2 or path.shape[1] != 2 or not np.isfinite(path).all():
         raise SketchError("The stroke must be a list of finite x, y pixel positions.")
@@ -170,6 +181,11 @@ def resample_target(
     view : the camera it was drawn in.
     closed : whether the source is a loop; the target is then closed too.
     carry_zigzag : see Notes; False is the paper's rule.
+
+    Raises
+    ------
+    SketchError
+        There are no anchors, or the target is none.
 
     Notes
     -----

@@ -13,7 +13,7 @@ from app.viewport.overlay import Backdrop, Overlay
 
 
 class Inking(Looking):
-    """Strokes, the brush's circle, the invitation and the picture to trace."""
+    """Strokes, the brush's circle and the picture to trace."""
 
     def __init__(self, parent: QWidget | None, theme: Theme = DARK) -> None:
         super().__init__(parent, theme)
@@ -41,10 +41,6 @@ class Inking(Looking):
     def brush(self, x: float, y: float, radius: float | None) -> None:
         """Show the brush as a circle of `radius` px about a point; None takes it away."""
         self.overlay.set_brush(None if radius is None else (x, y, radius))
-
-    def invite(self, path: ArrayLike | None) -> None:
-        """Show a dashed lasso (p, 2) that invites to draw there; it goes at the first stroke."""
-        self.overlay.set_invitation(path)
 
     def set_backdrop(
         self, image: QImage | None, opacity: float = 0.5, place: QRectF | None = None

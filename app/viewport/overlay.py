@@ -118,7 +118,7 @@ class Overlay(QWidget):
                 self._update_around(np.array([[x - r, y - r], [x + r, y + r]]))
 
     def set_invitation(self, path: ArrayLike | None) -> None:
-        """Show a faint dashed lasso (p, 2) that invites to draw there, or take it away."""
+        """Show a faint dashed lasso (p, 2) that invites to draw there; the first stroke ends it."""
         self._invitation = None if path is None else np.asarray(path, dtype=np.float64)
         self.update()
 

@@ -15,7 +15,6 @@ from engine.figures import figure
 
 STEPS = (1, 1.5, 2, 3, 4, 5, 6, 8, 10)  # ends of a scale, times a power of ten
 Display = Literal["clay", "zebra", "reflection", "curvature", "deviation"]
-DISPLAYS: tuple[Display, ...] = ("clay", "zebra", "reflection", "curvature", "deviation")
 
 #: From far inside over nothing to far outside: blue and orange stay apart for everybody.
 DIVERGING = ("#1f4e9c", "#5b93cf", "#b9d3e8", "#f3f1ec", "#f3c59a", "#e08a45", "#a8441c")

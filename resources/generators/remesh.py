@@ -137,15 +137,3 @@ def outward(vertices: Points, faces: Faces) -> Faces:
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     volume = np.einsum("ij,ij->", a, np.cross(b, c))
     return faces if volume > 0 else faces[:, ::-1].copy()
-
-
-def smallest_angles(vertices: Points, faces: Faces) -> NDArray[np.float64]:
-    """Return each triangle's smallest angle in degrees, (f,)."""
-    corners = vertices[faces]
-    angles = []
-    for k in range(3):
-        u = corners[:, (k + 1) % 3] - corners[:, k]
-        v = corners[:, (k + 2) % 3] - corners[:, k]
-        cosine = (u * v).sum(axis=1) / np.linalg.norm(u, axis=1) / np.linalg.norm(v, axis=1)
-        angles.append(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
-    return np.min(angles, axis=0)

@@ -22,11 +22,6 @@ def smooth_cut(a: Values, b: Values, radius: float) -> Values:
     return -smooth_union(-a, b, radius)
 
 
-def smooth_common(a: Values, b: Values, radius: float) -> Values:
-    """Return what a and b share, the edge rounded by about ``radius`` mm."""
-    return -smooth_union(-a, -b, radius)
-
-
 def box(p: Values, centre: ArrayLike, half: ArrayLike, rounding: float) -> Values:
     """Return the distance to a box with rounded edges; ``half`` includes the rounding."""
     q = np.abs(p - np.asarray(centre)) - (np.asarray(half) - rounding)

@@ -290,7 +290,7 @@ def test_picture_to_trace_is_placed_and_faded(stage):
 
 def test_the_invitation_goes_at_the_first_stroke(stage):
     viewport = stage.viewport
-    viewport.invite(stage.ellipse())
+    viewport.overlay.set_invitation(stage.ellipse())
     assert viewport.overlay.inviting
     stage.mouse(QEvent.Type.MouseMove, (100, 100))
     assert viewport.overlay.inviting

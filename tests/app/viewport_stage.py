@@ -94,7 +94,7 @@ class Stage:
         viewport.set_perspective(True)
         viewport.set_up_axis("z")
         viewport.set_mesh(mesh)
-        viewport.invite(None)
+        viewport.overlay.set_invitation(None)
         viewport.set_backdrop(None)
         viewport.clear_ink()
         self.settle()

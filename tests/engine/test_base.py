@@ -11,7 +11,7 @@ import pytest
 
 from bench.rim import regions, rim_folds
 from engine import Mesh, Region, decompose
-from engine.base import paper_base, smooth_base
+from engine.base import Plate, paper_base
 from engine.solve import factorise
 from tests.engine.surfaces import (
     ball,
@@ -33,7 +33,7 @@ def _bumps(mesh: Mesh, height: float, sharp: float = 30.0, seed: int = 3) -> np.
 
 def _placed(region: Region) -> np.ndarray:
     """The base of K M^-1 K x = 0 in mesh units."""
-    placed: np.ndarray = smooth_base(region) * region.scale + region.centre
+    placed: np.ndarray = Plate(region).plain() * region.scale + region.centre
     return placed
 
 
@@ -176,7 +176,7 @@ def test_residual_of_its_equations_is_zero(rim: Literal["smooth", "paper"]) -> N
     factor = factorise(region.stiffness_roi)
     m, near = region.m, region.m + len(region.rim)
     x = region.x.copy()
-    x[:m] = smooth_base(region) if rim == "smooth" else paper_base(region, factor)
+    x[:m] = Plate(region).plain() if rim == "smooth" else paper_base(region, factor)
     K, M = region.laplacian.stiffness, region.laplacian.areas
     delta = (K[:near] @ x) / M[:near, None]
     if rim == "paper":
