@@ -268,7 +268,8 @@ class Stage(QObject):
                 wanted |= {f"source {i}", f"target {i}"}
         pins = np.array(draft.options.pins, dtype=np.int64)
         # Those of another region do nothing in this one.
-        pins = pins[np.isin(pins, draft.roi)] if draft.roi is not None and marked else pins[:0]
+        if len(pins):
+            pins = pins[np.isin(pins, draft.roi)] if draft.roi is not None and marked else pins[:0]
         self._viewport.set_pins(drawn[pins] if len(pins) else None)
         for name in self._curves - wanted:
             self._viewport.hide_curve(name)

@@ -61,12 +61,10 @@ def mirrored_region(mesh: Mesh, roi: I64, plane: Plane) -> I64:
     # Only what lies near the mirrored region can belong to it.
     x = mesh.vertices[roi]
     reach = _TWIN_EDGES * _edge_length(mesh, roi)
-    near = np.flatnonzero(
-        ((images >= x.min(axis=0) - reach) & (images <= x.max(axis=0) + reach)).all(axis=1)
-    )
+    low, high = x.min(axis=0), x.max(axis=0)
+    near = _in_box(images, low - reach, high + reach)
     # And only what lies near the region can be so near to an image there.
-    low, high = x.min(axis=0) - 2 * reach, x.max(axis=0) + 2 * reach
-    about = np.flatnonzero(((mesh.vertices >= low) & (mesh.vertices <= high)).all(axis=1))
+    about = _in_box(mesh.vertices, low - 2 * reach, high + 2 * reach)
     tree = cKDTree(mesh.vertices[about])
     away, nearest = tree.query(images[near], distance_upper_bound=reach)
     inside = np.zeros(mesh.n, dtype=bool)
@@ -74,6 +72,14 @@ def mirrored_region(mesh: Mesh, roi: I64, plane: Plane) -> I64:
     met = np.isfinite(away)
     twin = near[met][inside[about[nearest[met]]]]
     return distinct(np.concatenate([roi, twin]), mesh.n)
+
+
+def _in_box(points: F64, low: F64, high: F64) -> I64:
+    """Return which of the points (p, 3) lie in a box, ascending."""
+    inside = np.ones(len(points), dtype=bool)
+    for k in range(3):  # along the short axis numpy takes ten times as long
+        inside &= (points[:, k] >= low[k]) & (points[:, k] <= high[k])
+    return np.flatnonzero(inside)
 
 
 def _edge_length(mesh: Mesh, roi: I64) -> float:

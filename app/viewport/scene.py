@@ -28,6 +28,7 @@ from engine.mesh import Mesh
 _KEPT = 60_000  # vertices of the region that a stand-in may keep as they are
 _NO_IDS: I64 = np.zeros(0, dtype=np.int64)
 RIM_WIDTH = 2.5  # logical pixels
+MANY = 4  # a share of the vertices above which painting all of them is quicker
 
 
 class Scene:
@@ -130,10 +131,13 @@ class Scene:
             self._tint = feathered(ids, self._faces, incidence, self.surface.n)
             self._draw_rim(self._tint)
         shown = self._put_stand_in_away()
-        if before is None or self._tint is None or self._map is not None:
+        tint, other = self._tint, None
+        if before is not None and tint is not None and self._map is None:
+            other = changed(before, tint)
+        if tint is None or other is None or MANY * len(other) > self.surface.n:
             self._paint()
         else:
-            self._paint_at(self._tint, changed(before, self._tint))
+            self._paint_at(tint, other)
         self.use_stand_in(shown)
 
     def _forget_region(self) -> None:

@@ -187,6 +187,18 @@ def test_region_is_tinted_and_its_rim_drawn(stage):
     assert np.abs(picture(viewport) - plain).max() <= 2
 
 
+def test_another_region_is_painted_as_if_it_were_the_first(stage):
+    viewport = stage.viewport
+    ids = viewport.vertices_inside(stage.ellipse(0.3))
+    rest = np.setdiff1d(np.arange(viewport.form.n), ids)
+    for after in (rest, ids, ids[: len(ids) // 2], ids):
+        viewport.set_region(after)
+        painted = viewport.scene.surface.colours.copy()
+        viewport.set_region(None)
+        viewport.set_region(after)
+        assert (viewport.scene.surface.colours == painted).all()
+
+
 def test_border_of_the_region_is_feathered_on_screen_only(stage):
     viewport = stage.viewport
     ids = viewport.vertices_inside(stage.ellipse(0.3))
