@@ -71,6 +71,16 @@ def test_vertices_of_no_face_are_dropped_and_said() -> None:
     assert "2 chosen vertices belong to no face" in region.report
 
 
+def test_that_another_laplacian_is_taken_is_said() -> None:
+    mesh = flat(400)
+    x = mesh.vertices.copy()
+    inner = interior(mesh)
+    x[inner, 1] = 0.5 + 1e-5 * (x[inner, 1] - 0.5)
+    squeezed = Region(mesh.with_vertices(x), inner)
+    assert "an intrinsic Delaunay Laplacian is used there" in squeezed.report
+    assert Region(mesh, inner).report == ""
+
+
 def test_whole_closed_part_is_refused_with_the_remedy() -> None:
     mesh = icosphere_like(300)
     with pytest.raises(RegionError, match=r"covers a whole part.*Leave some of the form outside"):
