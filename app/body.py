@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
 from app.panels.panel import Panel
 
 PANEL_WIDTH = 304
-LOW = 700  # px below which the panels have too little height
+LOW = 740  # px below which the panels have too little height
 
 
 class Body(QWidget):
