@@ -90,6 +90,33 @@ def test_a_copy_on_top_of_a_solid_goes(tmp_path: Path) -> None:
     assert mesh.digest == Mesh(CUBE, CUBE_FACES).digest
 
 
+@pytest.mark.parametrize(
+    ("copies", "size", "warned"),
+    [(30, 1e-3, ["number of faces"]), (1, 0.4, ["surface's area"]), (20, 0.01, []),
+     (60, 0.3, ["number of faces", "surface's area"])],
+)  # fmt: skip
+def test_cleanup_that_changes_much_warns(
+    copies: int, size: float, warned: list[str], tmp_path: Path
+) -> None:
+    """Beyond 2 % of the faces or 1 % of the area; 1,250 faces lie in the sheet of area 1."""
+    t = np.linspace(0, 1, 26)
+    x, y = (a.ravel() for a in np.meshgrid(t, t))
+    first = (np.arange(25)[:, None] * 26 + np.arange(25)).ravel()
+    quads = np.column_stack([first, first + 1, first + 27, first + 26])
+    # Triangles beside the sheet that are there twice, of legs `size` each.
+    corners = np.array([[0, 0, 0], [size, 0, 0], [0, size, 0]])
+    beside = (corners + np.arange(copies)[:, None, None] * [0, 0, 1.0] + [2, 0, 0]).reshape(-1, 3)
+    twice = np.arange(3 * copies).reshape(-1, 3) + 676
+    vertices = np.vstack([np.column_stack([x, y, 0 * x]), beside])
+    faces = np.vstack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]], twice, twice])
+    save(Mesh(vertices, faces), tmp_path / "a.ply")
+    found = open_file(tmp_path / "a.ply")
+    assert [c.faces for c in found.report.repairs] == [copies]
+    assert len(found.report.warnings) == len(warned)
+    for words, told in zip(warned, found.report.warnings, strict=True):
+        assert words in told
+
+
 def test_a_hollow_solid_keeps_its_inner_side(tmp_path: Path) -> None:
     vertices = np.vstack([CUBE, CUBE * 0.5 + 0.25])
     faces = np.vstack([CUBE_FACES, CUBE_FACES[:, ::-1] + 8])

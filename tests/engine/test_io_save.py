@@ -7,7 +7,7 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +17,9 @@ import trimesh
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from engine import Cancelled, FileError, Mesh, open_file, save
+from engine import Cancelled, Document, FileError, History, Mesh, open_file, save
+from engine.archive import save_archive
+from engine.files.place import write_file
 from engine.files.process import worker
 from engine.io import EXPORT_SUFFIXES, start_worker, sweep_strays
 from tests.engine.test_io_open import cancelled_at
@@ -216,6 +218,25 @@ def test_any_name_and_folder_can_be_saved_to(tmp_path: Path, name: str) -> None:
     save(sheet(0), folder / name)
     assert open_file(folder / name).mesh.n == sheet(0).n
     assert [p.name for p in folder.iterdir()] == [name]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there an open file keeps its name")
+@pytest.mark.parametrize("how", ["mesh", "document", "small file"])
+def test_who_reads_the_old_file_still_has_all_of_it(how: str, tmp_path: Path) -> None:
+    """The new one takes the name in one step; not a byte of the old one is touched."""
+    path = tmp_path / ("a.eigenform" if how == "document" else "a.obj")
+    writes: dict[str, Callable[[int], object]] = {
+        "mesh": lambda i: save(sheet(i), path),
+        "document": lambda i: save_archive(path, History(Document.open(sheet(i), "a")).state()),
+        "small file": lambda i: write_file(path, bytes([i]) * 1000),
+    }
+    writes[how](0)
+    before = path.read_bytes()
+    with path.open("rb") as held:
+        writes[how](1)
+        assert held.read() == before
+        assert path.stat().st_ino != os.fstat(held.fileno()).st_ino
+    assert path.read_bytes() != before
 
 
 def test_saving_through_a_link_keeps_the_link(tmp_path: Path) -> None:
