@@ -31,7 +31,9 @@ if TYPE_CHECKING:
 # An outline this near to its target is met; it takes two to four rounds, more for a strong pull.
 _MET_PX = 0.1
 _OUTLINE_ROUNDS = 14
-_ROUNDS_IN_VAIN = 4
+_ROUNDS_IN_VAIN = 5
+# So much worse than the nearest, a round went too far: the next goes half as far from there.
+_ASTRAY = 1.25
 
 # How far a vertex may go beyond what was drawn, in diagonals of the region.
 _FARTHEST = 1.0
@@ -250,23 +252,32 @@ class PreparedEdit:
         ends = np.cumsum([len(strokes[i].anchors) for i in aims])
         asked = [np.zeros(ends[-1] if aims else 0)]
         left: list[F64] = []
-        nearest, off, vain = moved, np.inf, 0
+        kept = asked[0], asked[0]
+        tried: F64 | None = moved
+        nearest, off, vain, share = moved, np.inf, 0, 1.0
         for _ in range(_OUTLINE_ROUNDS if aims else 0):
-            level = self._level(moved)
-            left.append(np.concatenate([aim.beyond(level) for aim in aims.values()]))
-            now = float(np.abs(left[-1]).max())
+            now = np.inf
+            if tried is not None:
+                level = self._level(tried)
+                left.append(np.concatenate([aim.beyond(level) for aim in aims.values()]))
+                now = float(np.abs(left[-1]).max())
             vain += 1
-            if now < off:
-                nearest, off, vain = moved, now, 0
+            if tried is not None and now < off:
+                nearest, off, vain, kept = tried, now, 0, (asked[-1], left[-1])
             if off <= _MET_PX or vain == _ROUNDS_IN_VAIN:
                 break
-            asked.append(asked_next(asked, left))
+            if now > _ASTRAY * off:
+                share /= 2
+                left = [kept[1]]
+                asked = [kept[0], kept[0] + share * kept[1]]
+            else:
+                asked.append(asked_next(asked, left))
             inner = dict(zip(aims, np.split(asked[-1], ends[:-1]), strict=True))
             further = [aims[i].inside(inner[i]) if i in aims else s for i, s in enumerate(strokes)]
             try:
-                moved = self._moved(further)
+                tried = self._moved(further)
             except SolveError:
-                break  # What is nearest so far stands: it is what was drawn, if not to the pixel.
+                tried = None
         others = [stroke for i, stroke in enumerate(strokes) if i not in aims]
         error = self._target_error(self._level(nearest), others)
         return nearest, max(error, off) if aims else error
