@@ -17,6 +17,7 @@ from engine.data_step import DataStep
 from engine.edit import SketchEdit, Stroke
 from engine.errors import RecipeError
 from engine.mesh import Mesh
+from engine.mirror import mirrored_region
 from engine.recipe import Recipe, Step, UnknownStep
 from engine.run import Run
 from engine.view import View
@@ -197,11 +198,10 @@ class _Pair:
         return np.asarray(found[np.sort(np.unique(found, return_index=True)[1])])
 
     def _sketch(self, edit: SketchEdit, run: Run) -> SketchEdit:
+        roi = self._region(np.asarray(edit.roi))
+        there = self._pins(edit, roi)
         if len(edit.options.mirror):
             edit = replace(edit, options=replace(edit.options, mirror=self._plane(edit)))
-        roi = self._region(np.asarray(edit.roi))
-        pins = np.array(edit.options.pins, dtype=np.int64)
-        there = tuple(self._ids(pins, roi).tolist()) if len(pins) else ()
         bare = SketchEdit(roi, edit.level, (), replace(edit.options, pins=there))
         if not edit.strokes:
             return bare
@@ -209,6 +209,15 @@ class _Pair:
         after = self._rest(bare, self._other, run)
         strokes = tuple(self._stroke(stroke, roi, before, after) for stroke in edit.strokes)
         return replace(bare, strokes=strokes)
+
+    def _pins(self, edit: SketchEdit, roi: I64) -> tuple[int, ...]:
+        """Carry the pins over to `roi`; those outside the edit's region hold nothing, and go."""
+        inside = np.asarray(edit.roi)
+        if len(edit.options.mirror):
+            inside = mirrored_region(self._mesh, inside, edit.options.mirror)
+            roi = mirrored_region(self._other, roi, self._plane(edit))
+        pins = np.intersect1d(np.array(edit.options.pins, dtype=np.int64), inside)
+        return tuple(self._ids(pins, roi).tolist()) if len(pins) else ()
 
     def _plane(self, edit: SketchEdit) -> tuple[float, ...]:
         """Return the mirror plane in the frame of the other mesh: n . (A x + t) = d."""

@@ -165,6 +165,27 @@ def test_pins_and_mirror_are_carried() -> None:
     assert rise.max() > 0.02
 
 
+def test_pins_of_another_region_are_not_lost_but_left() -> None:
+    """The window keeps them among the options; what they would hold is not in this region."""
+    outside = int(np.flatnonzero(~np.isin(np.arange(COARSE.n), EDIT.roi))[0])
+    within = int(EDIT.roi[0])
+    edit = SketchEdit(EDIT.roi, 0.0, (), EditOptions(pins=(outside, within)))
+    found = transfer(Recipe((edit,)), COARSE, COARSE, Alignment(np.eye(4), 0.0))
+    assert found.recipe.steps[0].options.pins == (within,)
+    assert found.report.lost_anchors == 0
+
+
+def test_a_pin_on_the_twins_side_is_carried() -> None:
+    half = inner(COARSE, 0.12, 0.88)
+    half = half[COARSE.vertices[half, 1] < 0.4]
+    far = row_of(COARSE, 0.7, 0.3, 0.6)[:1]
+    options = EditOptions(pins=tuple(far.tolist()), mirror=(0.0, 1, 0, 0.5))
+    edit = SketchEdit(half, 0.0, (), options)
+    found = transfer(Recipe((edit,)), COARSE, COARSE, Alignment(np.eye(4), 0.0))
+    assert found.recipe.steps[0].options.pins == tuple(far.tolist())
+    assert found.report.lost_anchors == 0
+
+
 def test_what_has_no_counterpart_is_counted() -> None:
     """The new mesh ends at x = 0.65: one of four pins and the last fifth of the curve are lost."""
     inside = COARSE.vertices[:, 0] < 0.65
