@@ -29,7 +29,7 @@ _BESIDE = 0.5
 # A new outline lies at most this share of the anchors' way, and so many pixels, off its target.
 _OF_THE_WAY, _NEAR_PX = 0.5, 8.0
 # Waves shorter than so many anchors are not followed; with few anchors, than a share of them.
-_WAVE_ANCHORS, _WAVE_SHARE, _WAVE_LEAST = 10.0, 0.3, 3.0
+_WAVE_ANCHORS, _WAVE_SHARE, _WAVE_LEAST = 10.0, 0.3, 5.0
 _BETWEEN = 4  # places from one anchor to the next at which the outline is measured
 _LAP = 8  # points beyond which a loop's spline forgets where it was cut
 _KINK = np.radians(20.0)
