@@ -101,12 +101,11 @@ def silhouette_chain(
     cost = length * np.where(outline, 1.0, _OFF_OUTLINE)
     cost *= 1.0 + ((away[edges] / reach) ** 2).sum(axis=1)
     cost += 1e-9 * float(cost.max()) + 1e-300
-    graph = sp.csr_array(sp.coo_array((cost, tuple(edges.T)), shape=(mesh.n, mesh.n)))
     on_outline = np.unique(edges[outline])
     at = (0.0, 1 / 3, 2 / 3, 0.0) if closed else (0.0, 0.5, 1.0)
     points = path[[round(share * (len(path) - 1)) for share in at]]
     stops = on_outline[cKDTree(px[on_outline]).query(points)[1]]
-    rough = _way(graph, stops, closed)
+    rough = _way(edges, cost, stops, closed)
     return None if rough is None else _calm(mesh, rough, np.asarray(roi), closed)
 
 
@@ -130,10 +129,9 @@ def _calm(mesh: Mesh, chain: I64, roi: I64, closed: bool) -> I64:
     edges = edges[np.isfinite(away[edges]).all(axis=1)]
     cost = np.linalg.norm(x[edges[:, 0]] - x[edges[:, 1]], axis=1)
     cost = cost * (1.0 + (away[edges] ** 2).sum(axis=1)) + 1e-9 * edge
-    graph = sp.csr_array(sp.coo_array((cost, tuple(edges.T)), shape=(mesh.n, mesh.n)))
     third = len(chain) // 3
     stops = chain[[0, third, 2 * third, 0]] if closed else chain[[0, -1]]
-    calm = _way(graph, stops, closed)
+    calm = _way(edges, cost, stops, closed)
     return chain if calm is None else calm
 
 
@@ -145,8 +143,12 @@ def _near_share(path: F64, ends: F64, reach: float) -> float:
     return float((away <= reach).mean())
 
 
-def _way(graph: sp.csr_array, stops: I64, closed: bool) -> I64 | None:
-    """Return the shortest way past all stops in order, each vertex once; None if there is none."""
+def _way(edges: I64, cost: F64, stops: I64, closed: bool) -> I64 | None:
+    """Return the shortest way over edges past all stops in order, each vertex once, or None."""
+    # Numbered anew: the search would go through a row for every vertex of the mesh.
+    ids = np.unique(np.concatenate([edges.ravel(), stops]))
+    ends, stops = np.searchsorted(ids, edges), np.searchsorted(ids, stops)
+    graph = sp.csr_array(sp.coo_array((cost, tuple(ends.T)), shape=(len(ids), len(ids))))
     distance, before = dijkstra(graph, directed=False, indices=stops[:-1], return_predecessors=True)
     chain = [stops[:1]]
     for leg, end in enumerate(stops[1:]):
@@ -160,4 +162,4 @@ def _way(graph: sp.csr_array, stops: I64, closed: bool) -> I64 | None:
     if closed and len(whole) > 1:
         whole = whole[:-1]
     whole = without_loops(whole)
-    return whole if len(whole) > 1 else None
+    return ids[whole] if len(whole) > 1 else None
