@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 from engine import Cancelled, Document, FileError, History, Mesh, open_file, save
 from engine.archive import save_archive
 from engine.files.place import write_file
-from engine.files.process import worker
+from engine.files.process import FileWorker, spawn, worker
 from engine.io import EXPORT_SUFFIXES, start_worker, sweep_strays
 from tests.engine.test_io_open import cancelled_at
 from tests.program import run_python
@@ -237,6 +237,25 @@ def test_who_reads_the_old_file_still_has_all_of_it(how: str, tmp_path: Path) ->
         assert held.read() == before
         assert path.stat().st_ino != os.fstat(held.fileno()).st_ino
     assert path.read_bytes() != before
+
+
+@pytest.mark.parametrize("suffix", EXPORT_SUFFIXES)
+def test_what_reads_back_wrong_never_takes_the_name(
+    suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / f"a{suffix}"
+    save(sheet(0), path)
+    before = path.read_bytes()
+    wrong = FileWorker()
+    wrong.spawn = lambda: spawn("tests.soak.mortal_worker", "wrong")
+    monkeypatch.setattr("engine.io.worker", wrong)
+    try:
+        with pytest.raises(FileError, match="did not read back as the same mesh"):
+            save(sheet(1), path)
+    finally:
+        wrong.stop()
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_saving_through_a_link_keeps_the_link(tmp_path: Path) -> None:

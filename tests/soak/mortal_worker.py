@@ -2,7 +2,8 @@
 
 Where its file may not grow beyond a limit, the system ends it at that very byte, as a kill would.
 Called with `filter`, the system ends it while a native filter runs. Called with `slow`, a file
-comes to it as from a slow network, in ten blocks.
+comes to it as from a slow network, in ten blocks. Called with `wrong`, what it writes is not what
+the disk keeps.
 """
 
 from __future__ import annotations
@@ -47,6 +48,22 @@ def _make_filters_mortal() -> None:
     pymeshlab.MeshSet.apply_filter = apply_filter
 
 
+def write_wrongly() -> None:
+    """Have sixty bytes in the middle of every file change while it is written."""
+    from engine.files import exporting
+
+    real = exporting.write_as
+
+    def write_as(suffix: str, name: str, *rest: Any) -> None:
+        real(suffix, name, *rest)
+        data = bytearray(Path(name).read_bytes())
+        middle = len(data) // 2
+        data[middle : middle + 60] = b"7" * 60
+        Path(name).write_bytes(data)
+
+    exporting.write_as = write_as
+
+
 def read_slowly() -> None:
     """Have every block of a file come late."""
     from engine.files import importing, place
@@ -75,6 +92,8 @@ def main() -> None:
 if __name__ == "__main__":
     if sys.argv[1:] == ["filter"]:
         die_inside_filters()
+    elif sys.argv[1:] == ["wrong"]:
+        write_wrongly()
     elif sys.argv[1:] == ["slow"]:
         read_slowly()
     main()
