@@ -65,7 +65,7 @@ class ImportReport:
     @property
     def changed(self) -> bool:
         """Whether the mesh differs from what the file holds."""
-        return bool(self.repairs) or any(c.vertices or c.faces for c in self.reading)
+        return bool(self.repairs) or any(c.vertices or c.faces or c.lost for c in self.reading)
 
     @property
     def lost(self) -> tuple[Change, ...]:

@@ -407,3 +407,20 @@ def test_a_repaired_file_says_so_and_can_be_taken_as_it_is(
     doubled.unlink()
     qtbot.mouseClick(window.plate.buttons["Open without repairs"], Qt.MouseButton.LeftButton)
     qtbot.waitUntil(lambda: len(window.session.document.mesh.faces) == len(faces), timeout=30_000)
+
+
+def test_what_may_be_missing_is_told_on_opening(
+    make_window, qtbot, tmp_path: Path, sphere: Mesh
+) -> None:
+    """How many faces a text STL without its last line has lost, nobody knows; it may have."""
+    lines = ["solid sphere"]
+    for corners in sphere.vertices[sphere.faces]:
+        told = [f"vertex {x:.9g} {y:.9g} {z:.9g}" for x, y, z in corners]
+        lines += ["facet normal 0 0 0", "outer loop", *told, "endloop", "endfacet"]
+    cut = tmp_path / "cut.stl"
+    cut.write_text("\n".join(lines) + "\n")
+    window = make_window()
+    window.files.open(cut)
+    qtbot.waitUntil(lambda: window.session.document is not None, timeout=30_000)
+    assert window.plate.isVisible()
+    assert "may be cut off" in window.plate.text
