@@ -72,11 +72,25 @@ def _place(words: list[str]) -> tuple[float, ...]:
     return tuple(_number(w) for w in words[:3]) if len(words) >= 3 else NOWHERE
 
 
+def _continued(data: bytes) -> bytes:
+    """Return an OBJ text with lines joined where a backslash goes on into numbers."""
+    joined: list[bytes] = []
+    goes_on = False
+    for line in data.split(b"\n"):
+        start = line.lstrip(b" \t")
+        number = start[:1] in (b"-", b"+", b".") or start[:1].isdigit()
+        bare = start.rstrip(b" \t") == b"\\"
+        if goes_on and (number or bare):
+            joined[-1] = joined[-1].rstrip(b" \t")[:-1] + b" " + line
+        else:
+            joined.append(line)
+        goes_on = joined[-1].rstrip(b" \t").endswith(b"\\")
+    return b"\n".join(joined)
+
+
 def _obj(data: bytes) -> tuple[Vertices, Polygons]:
     data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    while b"\\ \n" in data or b"\\\t\n" in data:
-        data = data.replace(b"\\ \n", b"\\\n").replace(b"\\\t\n", b"\\\n")
-    data = data.replace(b"\\\n", b" ")
+    data = _continued(data)
     vertices: Vertices = []
     polygons: Polygons = []
     for words in _lines(data, "#"):
