@@ -27,6 +27,7 @@ from engine.view import View
 
 _BRIDGE_RINGS = 3
 _STAY = 1e-6
+_LEAST_LOOP = 3  # anchors
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +81,8 @@ def trace_anchors(
     Raises
     ------
     SketchError
-        No triangle is under the stroke, or its parts lie on surfaces that do not touch.
+        No triangle is under the stroke, its parts lie on surfaces that do not touch, or a loop is
+        no larger than a triangle.
     """
     path = checked_path(path_px)
     allowed = _allowed_faces(mesh, roi)
@@ -98,6 +100,8 @@ def trace_anchors(
     if closed and len(chain) > 1 and chain[0] == chain[-1]:
         chain = chain[:-1]
     chain = without_loops(chain)
+    if closed and len(chain) < _LEAST_LOOP:
+        raise SketchError("The loop is smaller than the triangles of the form. Draw a larger one.")
     on_chain = np.zeros(mesh.n, dtype=bool)
     on_chain[chain] = True
     coverage = float(on_chain[mesh.faces[np.unique(under)]].any(axis=1).mean())
@@ -243,10 +247,9 @@ def _ladder_path(mesh: Mesh, strip: I64, seen: F64, path: F64, closed: bool) -> 
     a, b = nodes[tail], nodes[head]
     length = np.linalg.norm(mesh.vertices[a] - mesh.vertices[b], axis=1)
     away = _distance_to(path, seen[nodes])
-    edge_px = float(np.median(np.linalg.norm(seen[a] - seen[b], axis=1)[a != b])) or 1.0
+    edge_px = _typical(np.linalg.norm(seen[a] - seen[b], axis=1)[a != b])
     off = (away / edge_px) ** 2
-    typical = float(np.median(length[a != b])) or 1.0
-    cost = length / typical * (1.0 + off[tail] + off[head]) + _STAY
+    cost = length / _typical(length[a != b]) * (1.0 + off[tail] + off[head]) + _STAY
     for link, corner, point in (
         (tail == 0, head, path[0]),
         (head == len(nodes) - 1, tail, path[0] if closed else path[-1]),
@@ -260,6 +263,11 @@ def _ladder_path(mesh: Mesh, strip: I64, seen: F64, path: F64, closed: bool) -> 
         way.append(int(before[way[-1]]))
     chain = nodes[np.array(way[::-1])]
     return np.asarray(chain[np.append(True, chain[1:] != chain[:-1])], dtype=np.int64)
+
+
+def _typical(lengths: F64) -> float:
+    """Return the median of lengths, or 1 where there is none above 0."""
+    return float(np.median(lengths)) or 1.0 if len(lengths) else 1.0
 
 
 def _layer_links(sizes: I64, offset: I64) -> tuple[I64, I64]:

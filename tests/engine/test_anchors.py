@@ -134,6 +134,19 @@ def test_one_triangle_is_enough() -> None:
     assert found.coverage == 1.0
 
 
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_loop_within_a_triangle_or_two_is_refused(count: int) -> None:
+    face = PLATE.faces[[300]]
+    beside = PLATE.faces[(np.isin(PLATE.faces, face).sum(axis=1) == 2)][:1]
+    across = np.concatenate([face, beside])[:count]
+    middles = PLATE.vertices[across].mean(axis=1)
+    t = np.linspace(0, 2 * np.pi, 40)
+    ring = middles.mean(axis=0) + 0.002 * np.column_stack([np.cos(t), np.sin(t), 0 * t])
+    faces = np.flatnonzero((PLATE.faces[:, None] == across).all(axis=2).any(axis=1))
+    with pytest.raises(SketchError, match="smaller than the triangles"):
+        trace_anchors(PLATE, faces, TOP.project(ring), TOP, closed=True)
+
+
 def test_what_cannot_be_a_source_is_refused() -> None:
     path = stroke([(0.1, 0.3), (0.9, 0.6)])
     with pytest.raises(SketchError, match="does not touch the region"):
