@@ -13,7 +13,7 @@ from engine import Document, Recipe, replay
 from plugins.dropin import switch
 from plugins.registry import find_steps, find_tools
 from resources import EXAMPLES
-from tests.plugins.test_sketch_tools import FlatContext, do, line, plate
+from tests.plugins.flat import FlatContext, do, line, plate
 from tests.program import run_python
 
 

@@ -74,7 +74,7 @@ def test_a_recipe_that_is_none(
     assert not (tmp_path / "out.ply").exists()
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="pipes and devices of POSIX")
+@pytest.mark.skipif(sys.platform == "win32", reason="it has no mkfifo and no /dev/zero")
 @pytest.mark.parametrize("place", ["pipe", "/dev/zero", "circle", "folder", "x" * 5000, "a\nb"])
 def test_a_place_that_is_no_file_is_never_waited_for(
     place: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -114,7 +114,7 @@ def test_a_number_of_processes_that_cannot_be(
     assert "from 1 to 256" in capsys.readouterr().err
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere names are text")
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems refuse such a name")
 def test_a_batch_names_files_whose_names_are_no_text(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -147,7 +147,7 @@ def test_a_bug_of_ours_is_one_sentence_too(
     assert "Traceback" not in told
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="limits of POSIX")
+@pytest.mark.skipif(sys.platform == "win32", reason="it has no RLIMIT_FSIZE")
 def test_a_demo_whose_pictures_find_no_room_says_so(tmp_path: Path) -> None:
     program = (
         "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (9_000, 9_000))\n"

@@ -164,7 +164,7 @@ def test_a_log_line_that_cannot_be_put_together_stops_nothing(
     assert watch._lines.text.endswith("the next one")
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="pipes of POSIX")
+@pytest.mark.skipif(sys.platform == "win32", reason="it has no mkfifo")
 def test_a_damaged_crash_log_delays_nothing(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "native-1-a.log")
     (tmp_path / "native-2-b.log").mkdir()

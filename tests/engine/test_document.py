@@ -128,7 +128,7 @@ def test_regions_and_views_are_kept_under_their_names() -> None:
     assert not other.with_region("grip", None).regions
     assert set(other.with_region("grip", None).views) == {"front"}
     with pytest.raises(TypeError):
-        kept.regions["x"] = roi  # type: ignore[index]
+        kept.regions["x"] = roi
 
 
 def test_a_step_keeps_the_region_and_one_that_changes_the_triangles_lets_it_go() -> None:

@@ -220,7 +220,7 @@ def test_any_name_and_folder_can_be_saved_to(tmp_path: Path, name: str) -> None:
     assert [p.name for p in folder.iterdir()] == [name]
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="there an open file keeps its name")
+@pytest.mark.skipif(sys.platform == "win32", reason="it lets nobody replace a file that is open")
 @pytest.mark.parametrize("how", ["mesh", "document", "small file"])
 def test_who_reads_the_old_file_still_has_all_of_it(how: str, tmp_path: Path) -> None:
     """The new one takes the name in one step; not a byte of the old one is touched."""

@@ -7,7 +7,7 @@ import pytest
 
 from engine import Document, EngineError
 from plugins.handle import Handle, HandleOptions, HandleStep, similarity
-from tests.plugins.test_sketch_tools import FlatContext, do, from_above, line, plate, px
+from tests.plugins.flat import FlatContext, do, from_above, line, plate, px
 
 
 @pytest.fixture

@@ -7,8 +7,8 @@ import pytest
 
 from engine import EngineError, Mesh, Recipe, StepError, applied, replay
 from plugins.remesh import RemeshStep
+from tests.plugins.flat import plate
 from tests.plugins.misbehaving import STEPS, BadStep
-from tests.plugins.test_sketch_tools import plate
 
 
 @pytest.mark.parametrize("how", STEPS)

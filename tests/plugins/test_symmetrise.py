@@ -19,7 +19,7 @@ from plugins.symmetrise import (
     fitting_plane,
 )
 from tests.app.driving import bumpy_sphere
-from tests.plugins.test_sketch_tools import FlatContext
+from tests.plugins.flat import FlatContext
 
 ACROSS_X = (1.0, 0.0, 0.0, 0.0)
 
