@@ -11,14 +11,14 @@ from numpy.typing import ArrayLike
 
 from engine.arrays import F64, I64
 from engine.sketch import (
-    _turned_offsets,
-    _without_tremor,
     along,
     checked_path,
     chord_lengths,
     smoothed,
     source_curve,
     target_curve,
+    turned_offsets,
+    without_tremor,
 )
 from engine.tips import drawn_to
 from engine.view import View
@@ -67,7 +67,7 @@ def redraw_part(
     x = np.asarray(points, dtype=np.float64)
     seen = view.project(source_curve(x, closed))
     curve = target_curve(x, np.asarray(target, dtype=np.float64), view, closed)
-    path, sharp = _without_tremor(checked_path(path_px), seen, closed=False)
+    path, sharp = without_tremor(checked_path(path_px), seen, closed=False)
     ids = np.arange(len(curve)) if forward else np.arange(len(curve))[::-1]
     first = int(np.flatnonzero(ids == start)[0])
     ids = np.append(np.roll(ids, -first), start) if closed else ids[first:]
@@ -76,7 +76,7 @@ def redraw_part(
     anew[ids], last = _replaced(curve[ids], path, sharp, reach_px, closed)
     for joint in (start, int(ids[last])):
         anew = _without_corner(anew, joint, closed)
-    return anew + _turned_offsets(view.project(x) - seen, seen, anew, closed)
+    return anew + turned_offsets(view.project(x) - seen, seen, anew, closed)
 
 
 def _replaced(ahead: F64, path: F64, sharp: I64, reach_px: float, closed: bool) -> tuple[F64, int]:
@@ -103,8 +103,7 @@ def _replaced(ahead: F64, path: F64, sharp: I64, reach_px: float, closed: bool) 
     anew[: last + 1] = along(path, t, drawn_to(at, t[sharp], t[-1]))
     behind = a[last:] - a[last]
     fades = min(reach_px, behind[-1]) if closed else reach_px
-    share = (1.0 - np.clip(behind / max(fades, 1e-300), 0.0, 1.0) ** 2) ** 2
-    anew[last:] = ahead[last:] + share[:, None] * (path[-1] - ahead[last])
+    anew[last:] = ahead[last:] + _fading(behind, fades) * (path[-1] - ahead[last])
     return anew, last
 
 
@@ -117,6 +116,11 @@ def _without_corner(curve: F64, joint: int, closed: bool) -> F64:
         return np.asarray(np.roll(rounded, joint - middle, axis=0))
     s = chord_lengths(curve)
     step = max(float(np.median(np.diff(s))), 1e-300)
-    share = (1.0 - np.clip(np.abs(s - s[joint]) / _CORNER, 0.0, 1.0) ** 2) ** 2
     calm = smoothed(curve, (_CORNER / 2 / step) ** 4 / 4, closed=False)
-    return np.asarray(curve + share[:, None] * (calm - curve))
+    return np.asarray(curve + _fading(np.abs(s - s[joint]), _CORNER) * (calm - curve))
+
+
+def _fading(away: F64, reach: float) -> F64:
+    """Return shares (m, 1) that fall smoothly from 1 at distances (m,) of 0 to 0 at `reach`."""
+    near = 1.0 - np.clip(away / max(reach, 1e-300), 0.0, 1.0) ** 2
+    return np.asarray(near[:, None] ** 2)

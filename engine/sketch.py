@@ -207,14 +207,14 @@ def resample_target(
         return path[-1:].copy()
     sharp = np.zeros(0, dtype=np.int64)
     if carry_zigzag:
-        path, sharp = _without_tremor(path, seen, closed)
+        path, sharp = without_tremor(path, seen, closed)
     if closed:
         hit = _closed_samples(seen, curve, np.vstack([path, path[:1]]), sharp)
     else:
         hit = _open_samples(seen, curve, path, sharp)
     if not carry_zigzag:
         return hit
-    return hit + _turned_offsets(view.project(x) - seen, seen, hit, closed)
+    return hit + turned_offsets(view.project(x) - seen, seen, hit, closed)
 
 
 def target_curve(points: F64, target: F64, view: View, closed: bool = False) -> F64:
@@ -228,13 +228,13 @@ def target_curve(points: F64, target: F64, view: View, closed: bool = False) -> 
     target : (c, 2) px in `view`.
     """
     seen = view.project(source_curve(points, closed))
-    offsets = _turned_offsets(
+    offsets = turned_offsets(
         view.project(points) - seen, seen, source_curve(target, closed), closed
     )
     return target - offsets
 
 
-def _without_tremor(path: F64, seen: F64, closed: bool) -> tuple[F64, I64]:
+def without_tremor(path: F64, seen: F64, closed: bool) -> tuple[F64, I64]:
     """Return the target without what is finer than the anchors, and which points are tips.
 
     Sampled at the anchors the tremor of a hand would come out as a ripple in the surface. Tips are
@@ -322,7 +322,7 @@ def _closed_samples(seen: F64, curve: F64, loop: F64, sharp: I64) -> F64:
     return along(best, lengths, np.mod(at, lengths[-1]))
 
 
-def _turned_offsets(offsets: F64, seen: F64, hit: F64, closed: bool) -> F64:
+def turned_offsets(offsets: F64, seen: F64, hit: F64, closed: bool) -> F64:
     """Return the offsets (c, 2) turned by the angle between the curve seen and the one hit."""
     before, after = _directions(seen, closed), _directions(hit, closed)
     turn = after * before.conj()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from app.batch.vary import Variation, combinations
 from app.demo import RECIPES
 from engine import EngineError
 from resources import sample_path
+from tests.program import run_python
 
 PLATE = (str(RECIPES / "plate.json"), str(sample_path("plate")))
 
@@ -154,13 +154,7 @@ def test_a_demo_whose_pictures_find_no_room_says_so(tmp_path: Path) -> None:
         "from app.__main__ import main\n"
         "sys.exit(main(['demo', 'plate', '--out', sys.argv[1]]))\n"
     )
-    ended = subprocess.run(
-        [sys.executable, "-c", program, str(tmp_path / "out")],
-        capture_output=True,
-        text=True,
-        timeout=90,
-        cwd=Path(__file__).resolve().parents[2],
-    )
+    ended = run_python("-c", program, str(tmp_path / "out"), cwd=tmp_path)
     assert ended.returncode == 2
     assert ended.stderr.startswith("eigenform: “01-the-model.png” was not saved")
     assert ended.stderr.count("\n") == 1

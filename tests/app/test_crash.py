@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import os
 import signal
-import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -21,6 +20,7 @@ from engine import open_archive
 from plugins.registry import kinds
 from tests.app.safe import work
 from tests.engine.histories import fingerprint
+from tests.program import run_python
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -261,12 +261,7 @@ def test_a_native_crash_is_told_at_the_next_start(tmp_path: Path) -> None:
         "deep()\n"
     )
     for name in ("SIGSEGV", "SIGABRT", "SIGKILL"):
-        done = subprocess.run(
-            [sys.executable, "-c", program, str(tmp_path), name],
-            cwd=ROOT,
-            timeout=30,
-            check=False,
-        )
+        done = run_python("-c", program, str(tmp_path), name, cwd=tmp_path)
         assert done.returncode == -getattr(signal, name)
     for log in tmp_path.glob("native-*.log"):
         os.utime(log, (0, 0))
