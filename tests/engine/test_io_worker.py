@@ -68,15 +68,23 @@ def test_a_file_may_come_slowly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         slow.stop()
 
 
-def test_a_crash_of_native_code_costs_a_sentence(shared_meshes: Path, tmp_path: Path) -> None:
-    open_file(write(tmp_path, "a.obj", tetrahedron()))
-    before = worker.pid
-    path = shared_meshes / "nasty" / "fuzz" / "a_dae__del__0027.dae"
-    with pytest.raises(FileError, match="its content stopped the reader") as refusal:
-        open_file(path)
-    assert_says_it(path.name, str(refusal.value))
-    assert open_file(tmp_path / "a.obj").mesh.n == 4
-    assert worker.pid != before
+def test_a_crash_of_native_code_costs_a_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    save(sheet(0), tmp_path / "whole.glb")
+    worker.stop()
+    with monkeypatch.context() as patch:
+        patch.setattr(worker, "spawn", lambda: spawn(MORTAL, "reader"))
+        plain = write(tmp_path, "a.obj", tetrahedron())
+        assert open_file(plain).mesh.n == 4
+        before = worker.pid
+        with pytest.raises(FileError, match="its content stopped the reader") as refusal:
+            open_file(tmp_path / "whole.glb")
+        assert_says_it("whole.glb", str(refusal.value))
+        assert open_file(plain).mesh.n == 4
+        assert worker.pid not in (before, None)
+    worker.stop()
+    assert open_file(tmp_path / "whole.glb").mesh.n == sheet(0).n
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="the system ends processes otherwise there")

@@ -1,13 +1,15 @@
 """The file worker, but for how it dies: really, and where a test wants it to.
 
 Where its file may not grow beyond a limit, the system ends it at that very byte, as a kill would.
-Called with `filter`, the system ends it while a native filter runs. Called with `slow`, a file
-comes to it as from a slow network, in ten blocks. Called with `wrong`, what it writes is not what
-the disk keeps.
+Called with `filter`, the system ends it while a native filter runs. Called with `reader`, native
+code reaches where there is no memory as soon as it reads a file. Called with `slow`, a file comes
+to it as from a slow network, in ten blocks. Called with `wrong`, what it writes is not what the
+disk keeps.
 """
 
 from __future__ import annotations
 
+import ctypes
 import signal
 import sys
 import time
@@ -46,6 +48,19 @@ def _make_filters_mortal() -> None:
         return real(*given, **options)
 
     pymeshlab.MeshSet.apply_filter = apply_filter
+
+
+def crash_inside_readers() -> None:
+    """Have native code crash where it reads a file."""
+    load = worker._import_native_code
+
+    def import_native_code() -> None:
+        load()
+        import pymeshlab
+
+        pymeshlab.MeshSet.load_new_mesh = lambda *_, **__: ctypes.string_at(0)
+
+    worker._import_native_code = import_native_code
 
 
 def write_wrongly() -> None:
@@ -92,6 +107,8 @@ def main() -> None:
 if __name__ == "__main__":
     if sys.argv[1:] == ["filter"]:
         die_inside_filters()
+    elif sys.argv[1:] == ["reader"]:
+        crash_inside_readers()
     elif sys.argv[1:] == ["wrong"]:
         write_wrongly()
     elif sys.argv[1:] == ["slow"]:
