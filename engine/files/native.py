@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +13,7 @@ from engine.errors import FileError
 from engine.files.gltf import check_gltf, without_materials
 from engine.files.markup import read_markup
 from engine.files.report import Change, counted, shown
+from engine.files.scratch import scratch_folder
 from engine.files.soup import Soup
 
 has_read = False
@@ -69,7 +69,7 @@ def _loaded(
 
     global has_read
     home = Path.cwd()
-    with tempfile.TemporaryDirectory(prefix="eigenform-") as folder:
+    with scratch_folder() as folder:
         try:
             os.chdir(folder)
             Path("model" + suffix).write_bytes(data)

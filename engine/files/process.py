@@ -18,6 +18,7 @@ import psutil
 from engine.errors import Cancelled, EngineError, FileError, MeshError
 from engine.files import limits
 from engine.files.report import READING
+from engine.files.scratch import sweep_scratch
 from engine.files.wire import Arrays, receive, send
 from engine.run import Run
 
@@ -188,6 +189,7 @@ class FileWorker:
             return
         process.kill()
         process.wait()
+        sweep_scratch(process.pid)
         job, self._job_object = self._job_object, None
         limits.close_job(job)
         for pipe in (process.stdin, process.stdout):

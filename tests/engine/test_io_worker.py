@@ -78,8 +78,14 @@ def test_a_crash_of_native_code_costs_a_sentence(
         plain = write(tmp_path, "a.obj", tetrahedron())
         assert open_file(plain).mesh.n == 4
         before = worker.pid
+        place = tmp_path / "temporary"
+        place.mkdir()
+        patch.setenv("TMPDIR", str(place))
+        patch.setattr("tempfile.tempdir", str(place))
+        worker.stop()
         with pytest.raises(FileError, match="its content stopped the reader") as refusal:
             open_file(tmp_path / "whole.glb")
+        assert list(place.iterdir()) == [], "no copy of the file may be left"
         assert_says_it("whole.glb", str(refusal.value))
         assert open_file(plain).mesh.n == 4
         assert worker.pid not in (before, None)
