@@ -35,6 +35,7 @@ libOpenGL.so.0 libopengl0
 libxkbcommon.so.0 libxkbcommon0
 libfontconfig.so.1 libfontconfig1
 libdbus-1.so.3 libdbus-1-3
+libXcursor.so.1 libxcursor1
 libxcb-cursor.so.0 libxcb-cursor0
 libxcb-icccm.so.4 libxcb-icccm4
 libxcb-keysyms.so.1 libxcb-keysyms1
