@@ -21,10 +21,11 @@ def application() -> QApplication:
     existing = QApplication.instance()
     if isinstance(existing, QApplication):
         return existing
-    # Every point that mouse and pen report is wanted: strokes are drawn with them.
-    QApplication.setAttribute(Qt.ApplicationAttribute.AA_CompressHighFrequencyEvents, False)
-    QApplication.setAttribute(Qt.ApplicationAttribute.AA_CompressTabletEvents, False)
     made = QApplication(sys.argv[:1])
+    # Every point that mouse and pen report is wanted: strokes are drawn with them. The platforms
+    # switch this on again while the application is made, so it is switched off only now.
+    made.setAttribute(Qt.ApplicationAttribute.AA_CompressHighFrequencyEvents, False)
+    made.setAttribute(Qt.ApplicationAttribute.AA_CompressTabletEvents, False)
     made.setApplicationName("Eigenform")
     made.setOrganizationName("Eigenform")
     # What the program is made of never goes. To look for garbage among these 250,000 objects too
