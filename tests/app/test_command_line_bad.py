@@ -156,6 +156,8 @@ def test_a_demo_whose_pictures_find_no_room_says_so(tmp_path: Path) -> None:
     )
     ended = run_python("-c", program, str(tmp_path / "out"), cwd=tmp_path)
     assert ended.returncode == 2
-    assert ended.stderr.startswith("eigenform: “01-the-model.png” was not saved")
+    # A graphics driver may say before that it finds no room either.
+    assert ended.stderr.splitlines()[-1].startswith("eigenform: “01-the-model.png” was not saved")
+    assert "Traceback" not in ended.stderr
     assert ended.stderr.count("\n") == 1
     assert list((tmp_path / "out").iterdir()) == []
