@@ -145,7 +145,16 @@ def _tools(window: Window) -> list[Action]:
             checked=lambda: host.active is tool,
         )
 
-    return [row(name) for name in host.toolbox.tools]
+    def sized(_document: Document | None) -> bool:
+        return host.circle.possible
+
+    return [
+        *(row(name) for name in host.toolbox.tools),
+        Action("size.smaller", "Smaller circle", lambda: host.circle.step(-1), (",",), "", sized,
+               "Tools", repeats=True, apart=True),
+        Action("size.larger", "Larger circle", lambda: host.circle.step(1), (".",), "", sized,
+               "Tools", repeats=True),
+    ]  # fmt: skip
 
 
 def _region(window: Window) -> list[Action]:

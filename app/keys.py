@@ -28,6 +28,7 @@ HANDS = (
     ("Zoom", "Wheel, Ctrl + middle drag, Ctrl + pen button"),
     ("Add to the region", "Shift while circling"),
     ("Take from the region", "Ctrl while circling, eraser end of the pen"),
+    ("Size of the brush, of the handle", "Alt + drag sideways"),
     ("Level of detail", "Alt + wheel"),
     ("See the original", "Hold B"),
     ("From part to part of the window", "F6, Shift + F6; Tab inside a part"),

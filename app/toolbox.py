@@ -10,6 +10,7 @@ import logging
 import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import fields, replace
 from typing import Any, TypeVar
 
 from PySide6.QtCore import QObject, Signal
@@ -64,6 +65,18 @@ class Toolbox(QObject):
         """Give a tool other options."""
         self._options[name] = options
         self.options_changed.emit()
+
+    def fit(self, diagonal: float) -> None:
+        """Begin with lengths that suit a model of that diagonal, mesh units: 2 where it is 270."""
+        for name, options in self._options.items():
+            shares = {
+                one.name: one.metadata["of_size"]
+                for one in fields(options)
+                if "of_size" in one.metadata
+            }
+            if shares:
+                lengths = {key: float(f"{share * diagonal:.1g}") for key, share in shares.items()}
+                self.set_options(name, replace(options, **lengths))
 
     # ---- what they are asked
 

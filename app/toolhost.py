@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QObject, Signal
 
+from app.circle_size import CircleSize
 from app.drawing_surface import DrawingSurface
 from app.nonsense import NonsenseError, refuse_nonsense
 from app.session import Session
@@ -26,6 +27,7 @@ class ToolHost(QObject):
     ----------
     toolbox : the tools there are.
     context : what the active tool sees.
+    circle : the size of the active tool's circle.
 
     Signals
     -------
@@ -50,6 +52,7 @@ class ToolHost(QObject):
         self._canvas = canvas
         self._gesture: Gesture | None = None
         self._pressed = False
+        self.circle = CircleSize(toolbox, lambda: self.active, self._show_circle)
         self.context.tool = next(iter(toolbox.tools.values()), None)
         toolbox.options_changed.connect(self._set_otherwise)
         toolbox.tool_switched_off.connect(self._switched_off)
@@ -59,6 +62,12 @@ class ToolHost(QObject):
         session.misbehaved.connect(self._misbehaved)
 
     # ---- which tool
+
+    @property
+    def unit(self) -> str:
+        """What one unit of the model is."""
+        document = self._session.document
+        return "mm" if document is None else document.unit
 
     @property
     def active(self) -> Tool | None:
@@ -94,6 +103,9 @@ class ToolHost(QObject):
 
     def _opened(self) -> None:
         self.cancel()
+        document = self._session.document
+        if document is not None:
+            self.toolbox.fit(document.mesh.diagonal)
         self._hand_over()
 
     def _follow(self) -> None:
@@ -139,6 +151,8 @@ class ToolHost(QObject):
 
     def pointer(self, event: Pointer) -> None:
         """Take one event of mouse or pen."""
+        if self.circle.takes(event, free=self._gesture is None):
+            return
         self._show_circle(event)
         self._pressed = event.kind == "press" or (self._pressed and event.kind == "move")
         if event.kind == "press" and self._gesture is None:

@@ -244,6 +244,7 @@ class Tool:
     repeats : whether the tool stays in hand after a gesture; if not, the flow goes on with the
         tool that `claims` the new document.
     waits : whether a gesture may go on after the release, for further presses, until Enter.
+    sized : the option that is the radius of its circle: keys, and a drag with Alt, change it.
     Options : a frozen dataclass of plain fields (bool, int, float, str, Literal), best made by
         `option`. The window makes the controls.
     """
@@ -259,6 +260,7 @@ class Tool:
     live: ClassVar[bool] = False
     repeats: ClassVar[bool] = True
     waits: ClassVar[bool] = False
+    sized: ClassVar[str] = ""
     Options: ClassVar[type] = NoOptions
 
     def available(self, document: Document) -> bool:

@@ -29,13 +29,14 @@ class Brush(Tool):
     shortcut = "P"
     label = "Region painted"
     order = 20
+    sized = "radius"
     Options = BrushOptions
 
     def hint(self, document: Document) -> str:
         """Say what the brush does now."""
         if document.draft.roi is None:
-            return self.tip
-        return "Paint to add, hold Ctrl to take away, then S to draw a source curve"
+            return f"{self.tip}; a drag with Alt sizes the brush"
+        return "Paint to add, hold Ctrl to take away, then {tool.source} to draw a source curve"
 
     def circle(self, options: Any) -> float | None:
         """The brush is as wide as it is shown."""

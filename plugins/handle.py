@@ -102,6 +102,7 @@ class Handle(Tool):
     shortcut = "H"
     label = "Handle"
     order = 60
+    sized = "radius"
     Options = HandleOptions
 
     def available(self, document: Document) -> bool:

@@ -46,10 +46,7 @@ class InflateOptions:
         2.0,
         "Distance",
         "How far the middle moves out; negative moves it in",
-        low=-100.0,
-        high=100.0,
-        step=0.5,
-        unit="mm",
+        of_size=0.0075,
     )
     flatness: float = option(
         0.0, "Flatness", "0 is a dome, 1 a plateau with a soft edge", low=0.0, high=1.0, step=0.05

@@ -215,7 +215,7 @@ class LevelPanel(Panel):
             return
         k = known.mode_count(level)
         self.modes.setText(mode_words(known, k))
-        self.feature.setSuffix(f" {document.unit}")
+        self.feature.set_unit(document.unit)
         size = known.wavelength(k)
         if k > 0 and not math.isfinite(size):
             return  # its mode is not there yet: what was shown stays until it comes

@@ -7,6 +7,7 @@ import typing
 from collections.abc import Callable
 from typing import Any
 
+from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import (
     QCheckBox,
     QHBoxLayout,
@@ -16,7 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.panels.decimal_field import DecimalField
+from app.panels.decimal_field import LONGEST, DecimalField, LengthField
 from app.panels.panel import GRID, Choice, plain_number
 
 
@@ -24,13 +25,14 @@ class OptionsRow(QWidget):
     """One control for each field of `options`, in a row; `changed` is called with a new instance.
 
     bool gives a check box, int and float a number with its unit, Literal a choice, str a text.
-    Field metadata: "label", "tip", "min", "max", "step", "unit".
+    Field metadata: "label", "tip", "min", "max", "step", "unit", "of_size".
     """
 
     def __init__(self, options: Any, changed: Callable[[Any], None], parent: QWidget | None = None):
         super().__init__(parent)
         self.options = options
         self._changed = changed
+        self._controls: dict[str, QWidget] = {}
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(GRID)
@@ -41,6 +43,7 @@ class OptionsRow(QWidget):
             control.setToolTip(one.metadata.get("tip", ""))
             control.setAccessibleName(label)
             control.setObjectName(f"option {one.name}")
+            self._controls[one.name] = control
             if not isinstance(control, QCheckBox):
                 row.addWidget(QLabel(label, self))
             row.addWidget(control)
@@ -60,6 +63,13 @@ class OptionsRow(QWidget):
             choice.setCurrentIndex(choice.findData(value))
             choice.activated.connect(lambda _i: self._set(one.name, choice.currentData()))
             return choice
+        if "of_size" in meta:
+            length = LengthField(self)
+            length.setRange(meta.get("min", -LONGEST), meta.get("max", LONGEST))
+            length.setValue(value)
+            plain_number(length)
+            length.valueChanged.connect(lambda v: self._set(one.name, v))
+            return length
         if kind in (int, float):
             number: QSpinBox | DecimalField = QSpinBox(self) if kind is int else DecimalField(self)
             number.setRange(meta.get("min", 0), meta.get("max", 1_000_000))
@@ -75,6 +85,17 @@ class OptionsRow(QWidget):
         text = QLineEdit(str(value), self)
         text.editingFinished.connect(lambda: self._set(one.name, text.text()))
         return text
+
+    def show_options(self, options: Any, unit: str) -> None:
+        """Show what was set otherwise than here, and lengths in the unit of the model."""
+        self.options = options
+        for name, control in self._controls.items():
+            value = getattr(options, name)
+            with QSignalBlocker(control):
+                if isinstance(control, LengthField):
+                    control.set_unit(unit)
+                if isinstance(control, QSpinBox | DecimalField) and control.value() != value:
+                    control.setValue(value)
 
     def _set(self, name: str, value: Any) -> None:
         self.options = dataclasses.replace(self.options, **{name: value})

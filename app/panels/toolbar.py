@@ -114,10 +114,17 @@ class ToolStrip(QFrame):
         self.setFixedHeight(44)
 
     def refresh(self) -> None:
-        """Show the tool in hand; its controls are made once per tool."""
+        """Show the tool in hand, how it is set, and lengths in the unit of the model."""
         tool = self._host.active
-        if tool is None or tool.id == self._for:
+        if tool is None:
             return
+        if tool.id != self._for:
+            self._take(tool)
+        if self._options is not None:
+            self._options.show_options(self._host.toolbox.options_of(tool.id), self._host.unit)
+
+    def _take(self, tool: Tool) -> None:
+        """Make the controls of another tool."""
         name = self._for = tool.id
         self._name.setText(tool.title)
         if self._options is not None:
