@@ -16,7 +16,7 @@ from engine.arrays import F64
 
 FRAME_MS = 33
 PERIOD = 1.6  # seconds of one swing
-REACH = 0.05  # of the region's diagonal
+REACH = 0.05  # of the region's diagonal, to begin with
 
 
 class ModesViewer(QObject):
@@ -37,7 +37,8 @@ class ModesViewer(QObject):
         self.mode: int | None = None
         self._ids = np.zeros(0, dtype=np.int64)
         self._rest: F64 = np.zeros((0, 3))
-        self._swing: F64 = np.zeros((0, 3))
+        self._shape: F64 = np.zeros((0, 3))
+        self.reach = REACH
         self._began = 0.0
         self._clock = QTimer(self)
         self._clock.setInterval(FRAME_MS)
@@ -62,7 +63,7 @@ class ModesViewer(QObject):
         normals = document.mesh.with_vertices(base).vertex_normals[known.roi]
         size = float(np.linalg.norm(np.ptp(known.base, axis=0)))
         self._ids, self._rest = known.roi, known.base
-        self._swing = REACH * size * phi[:, None] * normals
+        self._shape = size * phi[:, None] * normals
         values = np.zeros(document.mesh.n)
         values[known.roi] = phi
         if self.mode is None:
@@ -76,6 +77,12 @@ class ModesViewer(QObject):
         else:
             self._clock.stop()
         self.changed.emit()
+
+    def set_reach(self, reach: float) -> None:
+        """Let modes swing so far: a share of the region's diagonal."""
+        self.reach = reach
+        if self.mode is not None and not self.playing:
+            self._put(1.0)
 
     def hide(self) -> None:
         """Show the form again."""
@@ -95,4 +102,4 @@ class ModesViewer(QObject):
         self._put(math.sin(2 * math.pi * (time.monotonic() - self._began) / PERIOD))
 
     def _put(self, share: float) -> None:
-        self._viewport.set_vertices(self._rest + share * self._swing, self._ids)
+        self._viewport.set_vertices(self._rest + share * self.reach * self._shape, self._ids)

@@ -88,10 +88,24 @@ class Curve:
 
     def cutoff(self, k: int) -> float:
         """Return the cutoff curvature at k modes; between knots by a straight line."""
-        known = self.knots[-1] >= self.m
-        knots = self.knots if known else np.append(self.knots, self.m)
-        cutoffs = self.cutoffs if known else np.append(self.cutoffs, self.full)
-        return float(np.interp(k, knots, cutoffs))
+        return float(np.interp(k, *self._whole))
+
+    def count_at(self, cutoff: float) -> int:
+        """Return the fewest modes whose cutoff curvature reaches `cutoff`; m where none does."""
+        knots, cutoffs = self._whole
+        risen = np.maximum.accumulate(cutoffs)
+        i = int(np.searchsorted(risen, cutoff))
+        if i in (0, len(risen)):
+            return 0 if i == 0 else self.m
+        part = (cutoff - cutoffs[i - 1]) / (cutoffs[i] - cutoffs[i - 1])
+        return int(np.ceil(knots[i - 1] + part * (knots[i] - knots[i - 1]) - 1e-6))
+
+    @property
+    def _whole(self) -> tuple[I64, F64]:
+        """Knots and cutoffs up to the original, known or not."""
+        if self.knots[-1] >= self.m:
+            return self.knots, self.cutoffs
+        return np.append(self.knots, self.m), np.append(self.cutoffs, self.full)
 
     def reaches(self, level: float) -> bool:
         """Return whether `mode_count(level)` is settled by the knots so far."""

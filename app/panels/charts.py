@@ -61,20 +61,35 @@ class Chart(QWidget):
         painter.drawText(below, align.AlignRight | align.AlignVCenter, value)
         painter.end()
 
+    def share_at(self, event: QMouseEvent) -> float:
+        """Return how far to the right in the field the pointer is, 0 to 1."""
+        share = (event.position().x() - 8.5) / max(self.width() - 17, 1)
+        return min(max(share, 0.0), 1.0)
+
     def paint(self, painter: QPainter, field: QRectF, theme: Theme) -> None:
         """Paint the content into `field`."""
         raise NotImplementedError
 
 
 class Histogram(Chart):
-    """Area over mean curvature |H| of the surface at the level; the line holds back 10 %."""
+    """Area over mean curvature |H| of the surface at the level; the line holds back 10 %.
+
+    Signals
+    -------
+    asked(cutoff) : the person dragged the line to a curvature, 1 / mesh unit.
+    """
+
+    asked = Signal(float)
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Curvature at this level", parent)
         self.setToolTip(
             "How curved the surface is at this level: area over mean curvature.\n"
-            "The line is the cutoff, with 90 % of the area on its left (Fig. 7)."
+            "The line is the cutoff, with 90 % of the area on its left (Fig. 7):\n"
+            "drag it to the right for more detail, to the left for less."
         )
+        self.setCursor(Qt.CursorShape.SizeHorCursor)
+        self._widest = 0.0
         self._bars: F64 = np.zeros(0)
         self._cutoff = 0.0
         self.cutoff: float | None = None
@@ -86,7 +101,7 @@ class Histogram(Chart):
             self._bars, self.cutoff, self.words = np.zeros(0), None, ("", "")
             self.update()
             return
-        widest = 2.2 * max(known.cutoff(known.m), 1e-300)
+        widest = self._widest = 2.2 * max(known.cutoff(known.m), 1e-300)
         weights, _ = np.histogram(
             known.curvature(k), bins=BINS, range=(0.0, widest), weights=known.areas
         )
@@ -115,6 +130,18 @@ class Histogram(Chart):
         x = field.left() + self._cutoff * field.width()
         painter.setPen(QPen(QColor(TARGET), 2))
         painter.drawLine(QPointF(x, field.top()), QPointF(x, field.bottom()))
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Take the cutoff to the pointer."""
+        self._ask(event)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Follow the pointer."""
+        self._ask(event)
+
+    def _ask(self, event: QMouseEvent) -> None:
+        if self.cutoff is not None:
+            self.asked.emit(self.share_at(event) * self._widest)
 
 
 class LevelCurve(Chart):
@@ -177,5 +204,4 @@ class LevelCurve(Chart):
 
     def _ask(self, event: QMouseEvent) -> None:
         if len(self._counts):
-            share = (event.position().x() - 8.5) / max(self.width() - 17, 1)
-            self.asked.emit(round(min(max(share, 0.0), 1.0) * self._most))
+            self.asked.emit(round(self.share_at(event) * self._most))

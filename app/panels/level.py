@@ -13,12 +13,13 @@ from PySide6.QtWidgets import (
     QSlider,
     QSpinBox,
     QToolButton,
+    QVBoxLayout,
     QWidget,
 )
 
 from app.key_words import Read, plain
 from app.look import Theme, icon
-from app.modes import ModesViewer
+from app.modes import REACH, ModesViewer
 from app.panels.charts import Histogram, LevelCurve
 from app.panels.decimal_field import DecimalField, LengthField
 from app.panels.panel import GRID, Panel, plain_number
@@ -27,6 +28,8 @@ from engine import Decomposition
 from engine.figures import figure
 
 TICKS = 1000
+SWINGS = 100
+FARTHEST = 0.2  # of the region's diagonal
 CHART_MS = 40
 
 
@@ -76,6 +79,7 @@ class LevelPanel(Panel):
         figures.addWidget(self.modes, 4, 1)
         figures.setColumnStretch(1, 1)
         self.histogram = Histogram(self)
+        self.histogram.asked.connect(self._cutoff_dragged)
         self.curve = LevelCurve(self)
         self.curve.asked.connect(self._modes_asked)
         self.modes_button = QToolButton(self)
@@ -99,12 +103,22 @@ class LevelPanel(Panel):
         self.play.setAccessibleName("Play")
         self.play.toggled.connect(self._mode_asked)
         self.wave = QLabel(self)
-        line = QHBoxLayout(self._modes_row)
-        line.setContentsMargins(0, 0, 0, 0)
+        self.swing = QSlider(Qt.Orientation.Horizontal, self)
+        self.swing.setRange(1, SWINGS)
+        self.swing.setValue(round(REACH / FARTHEST * SWINGS))
+        self.swing.setAccessibleName("How far the mode swings")
+        self.swing.setToolTip("How far the mode swings")
+        self.swing.valueChanged.connect(self._swing_slid)
+        line = QHBoxLayout()
         line.setSpacing(GRID)
         line.addWidget(self.mode, 1)
         line.addWidget(self.wave)
         line.addWidget(self.play)
+        lines = QVBoxLayout(self._modes_row)
+        lines.setContentsMargins(0, 0, 0, 0)
+        lines.setSpacing(GRID // 2)
+        lines.addLayout(line)
+        lines.addLayout(self._between("Little", self.swing, "Much"))
         self._modes_row.hide()
         self.body.addLayout(figures)
         self.body.addWidget(self._modes_row)
@@ -159,6 +173,10 @@ class LevelPanel(Panel):
             return
         self.mode.setMaximum(max(known.k, 1))
         self._viewer.show(self.mode.value(), self.play.isChecked())
+
+    def _swing_slid(self, tick: int) -> None:
+        if self._viewer is not None:
+            self._viewer.set_reach(FARTHEST * tick / SWINGS)
 
     def _viewer_changed(self) -> None:
         shown = self._viewer is not None and self._viewer.mode is not None
@@ -237,6 +255,11 @@ class LevelPanel(Panel):
         known = self._session.decomposition
         if known is not None:
             self._session.slide_level(known.level_of(count_at(known, tick / TICKS)))
+
+    def _cutoff_dragged(self, cutoff: float) -> None:
+        known = self._session.decomposition
+        if known is not None:
+            self._session.slide_level(known.level_of(known.curve.count_at(cutoff)))
 
     def _modes_asked(self, k: int) -> None:
         known = self._session.decomposition

@@ -182,6 +182,20 @@ def test_a_region_without_features_still_has_a_slider(full: float) -> None:
     assert max(np.diff(counts)) <= 2
 
 
+@pytest.mark.parametrize("known", [True, False])
+def test_a_cutoff_gives_the_fewest_modes_that_reach_it(known: bool) -> None:
+    cutoffs = [1.2, 1.1, 1.5, 3.0] if known else [1.2, 1.1, 1.5]  # it falls once
+    curve = Curve.start(1.0, 3.0, 40).with_knots([10, 20, 30, 40][: len(cutoffs)], cutoffs)
+    assert curve.count_at(0.5) == curve.count_at(1.0) == 0
+    assert curve.count_at(1.2) == 10
+    assert curve.count_at(3.0) == curve.count_at(9.0) == 40, "beyond the original there is none"
+    for k in (5, 27, 35):
+        assert curve.count_at(curve.cutoff(k)) == k
+    for wanted in np.linspace(1.01, 2.99, 50):
+        k = curve.count_at(float(wanted))
+        assert curve.cutoff(k) >= wanted - 1e-6 > curve.cutoff(k - 1) - 2e-6
+
+
 def test_what_a_level_means_does_not_change_as_modes_arrive() -> None:
     mesh = _wavy(4000)
     settled: dict[float, tuple[int, bytes]] = {}
