@@ -98,7 +98,7 @@ class Symmetry:
 
         self._session.jobs.submit(
             CHANNEL,
-            lambda _run: engine.symmetry_plane(mesh),
+            lambda run: engine.symmetry_plane(mesh, run),
             done,
             failed,
             priority=1,

@@ -5,7 +5,7 @@ from engine.anchors import AnchorPath, anchor_path, trace_anchors
 from engine.applied import StepError, applied
 from engine.archive import Archive, open_archive, save_archive
 from engine.arrays import B1, F64, I64
-from engine.closest import Closest, closest_points
+from engine.closest import Closest, Nearby, closest_points
 from engine.data_step import DataStep, ids_from_text, ids_to_text
 from engine.decomposition import decompose, decompose_stream, decompose_until
 from engine.detail import Decomposition

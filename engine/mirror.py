@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 from engine.arrays import F64, I64, distinct
 from engine.curves import positions_along, values_along
 from engine.mesh import Mesh
+from engine.run import Run
 from engine.view import View
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ Plane = tuple[float, ...]
 # A vertex has a twin where the surface is at most so many edge lengths from its mirror image.
 _TWIN_EDGES = 4.0
 _SAMPLES = 3000
+_FINDING = "Finding the plane of symmetry"
 
 
 def reflection(plane: Plane) -> F64:
@@ -148,10 +150,15 @@ def middle_plane(mesh: Mesh, axis: Literal["x", "y", "z"]) -> Plane:
     return (*normal.tolist(), float(mesh.bounds.mean(axis=0)[which]))
 
 
-def symmetry_plane(mesh: Mesh) -> tuple[Plane, float]:
+def symmetry_plane(mesh: Mesh, run: Run | None = None) -> tuple[Plane, float]:
     """Return the plane that maps the mesh best on itself, and how far it is off.
 
     Planes tried go through the middle of the surface, across its principal and coordinate axes.
+
+    Parameters
+    ----------
+    mesh : the mesh.
+    run : reports, and is asked to stop.
 
     Returns
     -------
@@ -159,21 +166,34 @@ def symmetry_plane(mesh: Mesh) -> tuple[Plane, float]:
     misfit : root mean square distance of mirrored vertices to the mesh's nearest vertex, as a share
         of the diagonal; below 0.01 the mesh may be called symmetric.
     """
-    corners = mesh.vertices[mesh.faces]
-    weight = np.linalg.norm(mesh.face_normals, axis=1)[:, None]
-    centre = (corners.mean(axis=1) * weight).sum(axis=0) / max(float(weight.sum()), 1e-300)
-    spread = corners.mean(axis=1) - centre
-    principal = np.linalg.eigh((spread * weight).T @ spread)[1].T
-    box = mesh.bounds.mean(axis=0)
+    run = run or Run()
+    run.tick(0.0, _FINDING)
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    middles = (a + b + c) / 3
+    weight = np.linalg.norm(mesh.face_normals, axis=1)
+    centre = (weight @ middles) / max(float(weight.sum()), 1e-300)
+    spread = middles - centre
+    principal = np.linalg.eigh((spread * weight[:, None]).T @ spread)[1].T
+    run.tick(0.1, _FINDING)
     tree = cKDTree(mesh.vertices)
     step = max(1, mesh.n // _SAMPLES)
     sample = mesh.vertices[mesh.topology.used_vertices][::step]
     best: tuple[Plane, float] = ((1.0, 0.0, 0.0, 0.0), np.inf)
-    for normal in (*np.eye(3), *principal):
-        for through in (centre, box):
-            plane = (*normal.tolist(), float(normal @ through))
-            away = tree.query(reflected(sample, plane))[0]
-            misfit = float(np.sqrt((away**2).mean())) / mesh.diagonal
-            if misfit < 0.999 * best[1]:
-                best = (plane, misfit)
+    throughs = (centre, mesh.bounds.mean(axis=0))
+    tried = [(normal, point) for normal in (*np.eye(3), *principal) for point in throughs]
+    for i, (normal, point) in enumerate(tried):
+        run.tick(0.2 + 0.8 * i / len(tried), _FINDING)
+        plane = (*normal.tolist(), float(normal @ point))
+        # What is farther than by the best so far makes it no better: a point far from the mesh
+        # takes a thousand times as long to find the nearest to.
+        bound = _hopeless(best[1] * mesh.diagonal, len(sample))
+        away = tree.query(reflected(sample, plane), distance_upper_bound=bound)[0]
+        misfit = float(np.sqrt((away**2).mean())) / mesh.diagonal
+        if misfit < 0.999 * best[1]:
+            best = (plane, misfit)
     return best
+
+
+def _hopeless(misfit: float, count: int) -> float:
+    """Return the distance at which one of `count` points alone has a larger mean square."""
+    return misfit * float(np.sqrt(count))

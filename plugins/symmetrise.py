@@ -18,12 +18,12 @@ from plugins.api import (
     EngineError,
     Gesture,
     Mesh,
+    Nearby,
     Pointer,
     Result,
     Run,
     Side,
     Tool,
-    closest_points,
     cotangent_stiffness,
     factorise,
     option,
@@ -86,7 +86,7 @@ class SymmetriseStep(DataStep):
         if len(self.plane) not in (0, 4) or (self.plane and not any(self.plane[:3])):
             raise EngineError("A plane is four numbers a, b, c, d with a normal that is not zero.")
         key = ("symmetry plane", mesh.digest)
-        found = np.array(self.plane or run.memo.get(key, lambda: fitting_plane(mesh)))
+        found = np.array(self.plane or run.memo.get(key, lambda: fitting_plane(mesh, run)))
         unit = found / np.linalg.norm(found[:3])
         towards = np.array(self.keep)
         if towards.shape != (3,) or not np.linalg.norm(towards) > 0:
@@ -106,7 +106,7 @@ def other_side(mesh: Mesh, plane: tuple[float, ...]) -> I64:
     return np.flatnonzero((height < -1e-9 * mesh.diagonal) & mesh.topology.used_vertices)
 
 
-def fitting_plane(mesh: Mesh) -> tuple[float, ...]:
+def fitting_plane(mesh: Mesh, run: Run | None = None) -> tuple[float, ...]:
     """Return the plane across which most of the mesh is symmetric, a, b, c, d.
 
     An edit on one side pulls the middle of the whole mesh along; so the plane is fitted again to
@@ -114,13 +114,15 @@ def fitting_plane(mesh: Mesh) -> tuple[float, ...]:
     r = (x* - q) . n_q from the mirror images x* = x - 2 (n . x - d) n to the tangent planes at
     their closest vertices q. It turns about the middle: far from it a turn would be a shift.
     """
+    run = run or Run()
+    plane = np.array(symmetry_plane(mesh, run)[0])
     ids = np.flatnonzero(mesh.topology.used_vertices)
     middle = mesh.vertices[ids].mean(axis=0)
     everywhere, normals = mesh.vertices[ids] - middle, mesh.vertex_normals[ids]
     tree, x = cKDTree(everywhere), everywhere[:: max(1, len(ids) // SAMPLES)]
-    plane = np.array(symmetry_plane(mesh)[0])
     plane[3] -= plane[:3] @ middle
-    for _ in range(FITS):
+    for i in range(FITS):
+        run.tick(i / FITS, "Fitting the plane of symmetry")
         n, d = plane[:3], plane[3]
         image = reflected(x, tuple(plane.tolist()))
         away, nearest = tree.query(image)
@@ -150,15 +152,20 @@ def mirror_image(mesh: Mesh, plane: tuple[float, ...], moving: I64, run: Run) ->
     kept[moving] = False
     if not kept.any():
         raise EngineError("Nothing lies on the side that is kept. Keep the other side.")
-    source = np.asarray(kept[mesh.faces].any(axis=1))
+    source = Nearby(mesh, np.asarray(kept[mesh.faces].any(axis=1)))
     M = sp.diags_array(np.maximum(vertex_areas(mesh), 1e-12 * mesh.diagonal**2))
     K = cotangent_stiffness(mesh)
-    x = mesh.vertices.copy()
+    x, rounds = mesh.vertices.copy(), len(TOGETHER) + 1
 
-    def way(at: F64) -> F64:
+    def way(at: F64, i: int) -> F64:
         normals = mesh.with_vertices(at).vertex_normals[moving]
         normals = normals - 2 * np.outer(normals @ normal, normal)
-        found = closest_points(mesh, reflected(at[moving], plane), normals, source).points
+        images = reflected(at[moving], plane)
+
+        def tick(share: float) -> None:
+            run.tick((i + share) / rounds, "Finding the mirror image")
+
+        found = source.to(images, normals, tick=tick).points
         # What a triangle across the plane holds beyond it has no image on this side.
         beyond = np.minimum(found @ normal - offset, 0.0)
         d = np.zeros_like(at)
@@ -166,11 +173,12 @@ def mirror_image(mesh: Mesh, plane: tuple[float, ...], moving: I64, run: Run) ->
         return d
 
     for i, length in enumerate(TOGETHER):
-        run.tick(i / (len(TOGETHER) + 1), "Finding the mirror image")
+        d = way(x, i)
+        run.tick((i + 1) / rounds, "Finding the mirror image")
         factor = factorise(sp.csr_array(M + (length * mesh.diagonal) ** 2 * K))
-        x[moving] += factor.solve(M @ way(x))[moving]
-    run.tick(len(TOGETHER) / (len(TOGETHER) + 1), "Finding the mirror image")
-    return x + way(x)
+        run.tick((i + 1) / rounds, "Finding the mirror image")
+        x[moving] += factor.solve(M @ d)[moving]
+    return x + way(x, len(TOGETHER))
 
 
 def rim_share(mesh: Mesh, roi: I64, fade: float, run: Run) -> F64:

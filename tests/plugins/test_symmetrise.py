@@ -7,7 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from engine import Document, EngineError, Mesh, Run, closest_points, drag_patch, reflected
+from engine import (
+    Cancelled,
+    Document,
+    EngineError,
+    Mesh,
+    Run,
+    closest_points,
+    drag_patch,
+    reflected,
+)
 from engine.measure import rim_dihedral
 from plugins.symmetrise import (
     ANY_SIDE,
@@ -161,3 +170,21 @@ def test_the_side_that_was_edited_is_kept(dented: Mesh) -> None:
     after = step.apply(pushed)
     assert (after.vertices[left] == pushed.vertices[left]).all(), "what was edited stays"
     assert step.keep[0] < 0
+
+
+def test_it_says_how_far_it_is_and_stops_when_asked(dented: Mesh) -> None:
+    told: list[tuple[str, float]] = []
+    SymmetriseStep(NO_REGION).apply(dented, Run(lambda share, words: told.append((words, share))))
+    words = list(dict.fromkeys(word for word, _ in told))
+    assert len(words) == 3, "the plane is found, fitted, and then the image"
+    for word in words:
+        shares = [share for known, share in told if known == word]
+        assert len(shares) > 5
+        assert shares[0] == 0.0
+        assert shares == sorted(shares)
+        assert shares[-1] <= 1.0
+    for plane in ((), ACROSS_X):
+        stopped = Run()
+        stopped.cancel()
+        with pytest.raises(Cancelled):
+            SymmetriseStep(NO_REGION, plane).apply(dented, stopped)
