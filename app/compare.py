@@ -245,6 +245,7 @@ class Compare(QWidget):
     def _take_looks(self) -> None:
         """Colour both in the same way."""
         if self.moment is not None:
+            self.viewport.set_stripes(self._main.stripes)
             self.viewport.set_display(self._main.display)
             self.viewport.set_wireframe(self._main.wireframe)
 

@@ -15,7 +15,8 @@ def parts(window: Window) -> list[QWidget]:
     """Return the parts that can take the keys now, in the order they are walked."""
     panels = (window.level, window.edit, window.steps)
     morph = () if window.compare is None else (window.compare.morph,)
-    every = (window.viewport, window.rail, window.strip, window.trace_bar, *morph, *panels)
+    bars = (window.strip, window.stripes_bar, window.trace_bar)
+    every = (window.viewport, window.rail, *bars, *morph, *panels)
     return [part for part in every if part.isVisible() and entrance(part) is not None]
 
 

@@ -39,6 +39,7 @@ from app.session import Session
 from app.stage import Stage
 from app.start_level import StartLevel
 from app.status import Status
+from app.stripes_bar import StripesBar
 from app.symmetry import Symmetry
 from app.thumbnails import Thumbnails
 from app.toolbox import Toolbox
@@ -86,6 +87,7 @@ class Window(QMainWindow):
         self.strip = ToolStrip(self.toolhost, self)
         self.status = Status(self.session, self)
         self.ask = Ask(self, self.viewport)
+        self.stripes_bar = StripesBar(self.viewport)
         self.plate = Plate(self.viewport, lambda: form_seen(self.session, self.viewport))
         StartLevel(self.session, lambda: self.toolhost.in_gesture, self)
         self.opening = OpeningPlate(self.session, self.files, self.plate)

@@ -122,6 +122,7 @@ class LevelPanel(Panel):
         self._modes_row.hide()
         self.body.addLayout(figures)
         self.body.addWidget(self._modes_row)
+        self._low = False
         self._pair = QBoxLayout(QBoxLayout.Direction.TopToBottom)
         self._pair.setSpacing(GRID)
         self._pair.addWidget(self.histogram)
@@ -151,8 +152,13 @@ class LevelPanel(Panel):
 
     def set_low(self, on: bool) -> None:
         """Put the two charts side by side in a low window: the steps need the height more."""
-        way = QBoxLayout.Direction
-        self._pair.setDirection(way.LeftToRight if on else way.TopToBottom)
+        self._low = on
+        self._lay_charts()
+
+    def _lay_charts(self) -> None:
+        # Likewise while modes are seen: their two rows take what the charts give.
+        way, beside = QBoxLayout.Direction, self._low or not self._modes_row.isHidden()
+        self._pair.setDirection(way.LeftToRight if beside else way.TopToBottom)
 
     def set_viewer(self, viewer: ModesViewer) -> None:
         """Let the button show modes in `viewer`."""
@@ -182,6 +188,7 @@ class LevelPanel(Panel):
         shown = self._viewer is not None and self._viewer.mode is not None
         known, document = self._session.decomposition, self._session.document
         self._modes_row.setVisible(shown)
+        self._lay_charts()
         with QSignalBlocker(self.modes_button):
             self.modes_button.setChecked(shown)
         if shown and known is not None and document is not None:

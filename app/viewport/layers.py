@@ -13,7 +13,7 @@ from app.look import DARK, Theme
 from app.viewport.inking import Inking
 from app.viewport.maps import Maps
 from app.viewport.overlay import SpaceCurve
-from app.viewport.shading import Display
+from app.viewport.shading import Display, Stripes
 from engine.arrays import F64, I64, distinct
 from engine.mesh import Mesh
 
@@ -193,6 +193,17 @@ class Layers(Inking):
         self.maps.show(display)
         self.update()
         self.looks_changed.emit()
+
+    @property
+    def stripes(self) -> Stripes:
+        """The stripes that zebra and reflection lines are made of."""
+        return self.maps.stripes
+
+    def set_stripes(self, stripes: Stripes) -> None:
+        """Reflect other stripes."""
+        if stripes != self.maps.stripes:
+            self.maps.stripes = stripes
+            self.set_display(self.display)
 
     def set_reference(self, positions: ArrayLike | None) -> None:
         """Measure deviation from these positions (n, 3); None for the mesh as it was set."""

@@ -14,6 +14,7 @@ from app.viewport.around import differing
 from app.viewport.camera import Eye
 from app.viewport.shading import (
     Display,
+    Stripes,
     legend,
     mapped,
     round_up,
@@ -66,6 +67,7 @@ class Maps:
         self._asked: object = None  # the stamp of the form whose curvature is being worked out
         self._values: F64 | None = None  # deviation of each vertex, as it is shown
         self.display: Display = "clay"
+        self.stripes = Stripes()
         self.unit = "mm"
 
     def new_form(self) -> None:
@@ -82,7 +84,7 @@ class Maps:
         surface = self._viewport.scene.surface
         if surface is None:
             return
-        set_stripes(surface.actor.GetShaderProperty(), display)
+        set_stripes(surface.actor.GetShaderProperty(), display, self.stripes)
         self.turned(self._viewport.eye)
         if display == "curvature":
             self._curvature()
@@ -117,10 +119,10 @@ class Maps:
             self._curvature()
 
     def turned(self, eye: Eye) -> None:
-        """Keep stripes upright while the camera turns."""
+        """Keep stripes where they belong while the camera turns."""
         surface = self._viewport.scene.surface
         if self.display in ("zebra", "reflection") and surface is not None:
-            turn_stripes(surface.actor.GetShaderProperty(), eye.axes[:, eye.up])
+            turn_stripes(surface.actor.GetShaderProperty(), self.stripes, eye.axes[:, eye.up])
 
     def deviation(self, ids: I64 | None = None) -> F64:
         """Return the signed distance of vertices, or all, from the reference, mesh units."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -15,6 +16,9 @@ from engine.figures import figure
 
 STEPS = (1, 1.5, 2, 3, 4, 5, 6, 8, 10)  # ends of a scale, times a power of ten
 Display = Literal["clay", "zebra", "reflection", "curvature", "deviation"]
+Way = Literal["horizontal", "vertical", "diagonal"]
+FEWEST, MOST = 4, 60  # stripes
+_ACROSS = {"vertical": (1.0, 0.0, 0.0), "diagonal": (0.5**0.5, 0.5**0.5, 0.0)}
 
 #: From far inside over nothing to far outside: blue and orange stay apart for everybody.
 DIVERGING = ("#1f4e9c", "#5b93cf", "#b9d3e8", "#f3f1ec", "#f3c59a", "#e08a45", "#a8441c")
@@ -48,22 +52,46 @@ _REFLECTION = (
       gl_FragData[0].a);
 """
 )
-_STRIPES = {"zebra": (_ZEBRA, 14.0), "reflection": (_REFLECTION, 22.0)}
+_STRIPES = {"zebra": (_ZEBRA, 1.0), "reflection": (_REFLECTION, 1.5)}  # lines want to be more
 
 
-def set_stripes(shader: Any, display: Display) -> None:
+@dataclass(frozen=True)
+class Stripes:
+    """The stripes of light that a form reflects.
+
+    Parameters
+    ----------
+    count : of them from below to above; of the finer lines half as many again.
+    way : "horizontal" ones stay level while the form turns; the others stay with who looks.
+    """
+
+    count: int = 14
+    way: Way = "horizontal"
+
+    def axis(self, up: F64) -> F64:
+        """Return the unit direction across them, (3,) in camera coordinates.
+
+        Parameters
+        ----------
+        up : the form's up axis in camera coordinates, (3,).
+        """
+        return up if self.way == "horizontal" else np.array(_ACROSS[self.way])
+
+
+def set_stripes(shader: Any, display: Display, stripes: Stripes) -> None:
     """Let a vtkShaderProperty draw what `display` needs of stripes, or none."""
     shader.ClearAllFragmentShaderReplacements()
-    code, count = _STRIPES.get(display, ("", 0.0))
+    code, times = _STRIPES.get(display, ("", 0.0))
     if code:
         shader.AddFragmentShaderReplacement("//VTK::Light::Impl", True, code, False)
         uniforms = shader.GetFragmentCustomUniforms()
-        uniforms.SetUniformf("stripeCount", count)
+        uniforms.SetUniformf("stripeCount", float(round(times * stripes.count)))
 
 
-def turn_stripes(shader: Any, axis: F64) -> None:
-    """Keep the stripes upright: `axis` is the form's up in camera coordinates, (3,)."""
-    shader.GetFragmentCustomUniforms().SetUniform3f("stripeAxis", [float(c) for c in axis])
+def turn_stripes(shader: Any, stripes: Stripes, up: F64) -> None:
+    """Let the stripes lie as they shall; `up` is the form's up in camera coordinates, (3,)."""
+    axis = [float(c) for c in stripes.axis(up)]
+    shader.GetFragmentCustomUniforms().SetUniform3f("stripeAxis", axis)
 
 
 def signed_mean_curvature(mesh: Mesh) -> F64:

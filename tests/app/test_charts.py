@@ -40,13 +40,16 @@ def test_the_cutoff_is_dragged_and_the_level_follows(window: Window, qtbot) -> N
     assert 0 < counts[0] < counts[1]
 
 
-def test_a_mode_swings_as_far_as_wanted(window: Window, qtbot) -> None:
+def test_a_mode_swings_as_far_as_wanted(make_window, sphere, qtbot) -> None:
+    window = make_window(sphere, size=(1180, 800))
     level, view = window.level, window.viewport
     roi = region(window, qtbot)
     modes(window, qtbot)
     qtbot.mouseClick(level.modes_button, LEFT)
     qtbot.mouseClick(level.play, LEFT)  # it stands still, at the end of its swing
     base = window.session.decomposition.base
+    bar = window.body.side.verticalScrollBar()
+    qtbot.waitUntil(lambda: bar.maximum() == 0)  # the steps stay in sight
 
     def far() -> float:
         return float(np.linalg.norm(view.vertices[roi] - base, axis=1).max())
