@@ -12,15 +12,22 @@ from engine.files.defects import flat_faces
 from engine.files.native import read_native
 from engine.files.place import read_whole
 from engine.files.report import CLEANING, FACE_WARNING, READING, Change, ImportReport
+from engine.files.scan_3ds import scan_3ds
 from engine.files.scan_3mf import scan_3mf
+from engine.files.scan_dae import scan_dae
 from engine.files.scan_obj import scan_obj
 from engine.files.scan_off import scan_off
 from engine.files.scan_ply import StripsError, scan_ply
 from engine.files.scan_stl import scan_stl
+from engine.files.scan_x3d import scan_x3d
 from engine.files.sniff import sniff
 from engine.files.soup import Soup, settle
 from engine.files.wire import Arrays
 
+_SCANNERS: dict[str, Callable[[bytes, str], Soup]] = {
+    "OBJ": scan_obj, "STL": scan_stl, "OFF": scan_off, "3MF": scan_3mf, "DAE": scan_dae,
+    "X3D": scan_x3d, "3DS": scan_3ds,
+}  # fmt: skip
 Tick = Callable[[float, str], None]
 
 
@@ -76,14 +83,8 @@ def _warnings(soup: Soup, reading: list[Change]) -> tuple[str, ...]:
 def read_soup(path: Path, data: bytes, name: str) -> Soup:
     """Return what the file holds, by the scanner of its format; the content decides which."""
     kind = sniff(data, name)
-    if kind == "OBJ":
-        return scan_obj(data, name)
-    if kind == "STL":
-        return scan_stl(data, name)
-    if kind == "OFF":
-        return scan_off(data, name)
-    if kind == "3MF":
-        return scan_3mf(data, name)
+    if kind in _SCANNERS:
+        return _SCANNERS[kind](data, name)
     if kind == "PLY":
         try:
             return scan_ply(data, name)

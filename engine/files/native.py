@@ -1,4 +1,4 @@
-"""glTF, DAE, 3DS and X3D, experimentally: checked from outside, then read by pymeshlab."""
+"""glTF and PLY with strips: checked from outside, then read by pymeshlab."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 from engine.arrays import F64, I64
 from engine.errors import FileError
 from engine.files.gltf import check_gltf, without_materials
-from engine.files.markup import read_markup
 from engine.files.report import Change, counted, shown
 from engine.files.scratch import scratch_folder
 from engine.files.soup import Soup
@@ -19,7 +18,7 @@ from engine.files.soup import Soup
 has_read = False
 """Whether this process has had pymeshlab read a stranger's file."""
 
-_SUFFIX = {"glTF": ".gltf", "DAE": ".dae", "3DS": ".3ds", "X3D": ".x3d", "PLY": ".ply"}
+_SUFFIX = {"glTF": ".gltf", "PLY": ".ply"}
 
 
 def read_native(path: Path, data: bytes, kind: str, name: str) -> Soup:
@@ -37,10 +36,6 @@ def read_native(path: Path, data: bytes, kind: str, name: str) -> Soup:
         faces, companions = check_gltf(data, name)
         data = without_materials(data)
         suffix = ".glb" if data[:4] == b"glTF" else suffix
-    elif kind in ("DAE", "X3D"):
-        faces = _triangles_announced(data, name)
-    elif kind == "3DS":
-        faces = _check_chunks(data, name)
     v, f = _loaded(path, data, suffix, companions, name)
     if len(f) == 0 and faces:
         raise FileError(
@@ -116,54 +111,3 @@ def _bring(path: Path, companion: str, name: str) -> None:
             f"“{name}” needs the file “{shown(companion[:60])}” beside it, which is not there. "
             "Copy both into one folder, or save it as GLB."
         )
-
-
-def _triangles_announced(data: bytes, name: str) -> int:
-    total = 0
-
-    def start(tag: str, attributes: dict[str, str]) -> None:
-        nonlocal total
-        if tag in ("triangles", "polylist", "polygons"):
-            count = attributes.get("count", "0")
-            total += int(count) if count.isascii() and count.isdigit() and len(count) < 10 else 0
-
-    read_markup(data, name, start)
-    return total
-
-
-_CONTAINERS = {0x4D4D, 0x3D3D, 0x4000, 0x4100}
-
-
-def _check_chunks(data: bytes, name: str) -> int:
-    """Return how many faces a 3DS announces, after checking that its chunks fit into each other."""
-    faces = 0
-    waiting = [(0, len(data))]
-    while waiting:
-        at, end = waiting.pop()
-        while at + 6 <= end:
-            kind = int.from_bytes(data[at : at + 2], "little")
-            length = int.from_bytes(data[at + 2 : at + 6], "little")
-            if length < 6 or at + length > end:
-                raise _chunk_error(name)
-            inside = at + 6
-            if kind == 0x4000:
-                stop = data.find(b"\0", inside, at + length)
-                if stop < 0:
-                    raise _chunk_error(name)
-                inside = stop + 1
-            if kind in (0x4110, 0x4120):
-                count = int.from_bytes(data[inside : inside + 2], "little")
-                if inside + 2 + count * (12 if kind == 0x4110 else 8) > at + length:
-                    raise _chunk_error(name)
-                faces += count if kind == 0x4120 else 0
-            if kind in _CONTAINERS:
-                waiting.append((inside, at + length))
-            at += length
-    return faces
-
-
-def _chunk_error(name: str) -> FileError:
-    return FileError(
-        f"“{name}” is damaged: its parts do not fit into each other. "
-        "Export the model again or get another copy of the file."
-    )

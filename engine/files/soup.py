@@ -41,6 +41,13 @@ class Soup:
     notes: list[Change] = field(default_factory=list)
 
 
+def damaged(name: str, fact: str) -> FileError:
+    """Return the refusal of a file that contradicts itself."""
+    return FileError(
+        f"“{name}” is damaged: {fact}. Export the model again or get another copy of the file."
+    )
+
+
 def settle(soup: Soup, name: str) -> tuple[F64, I64, list[Change]]:
     """Return vertices (n, 3), triangles (f, 3) and all notes; every loss is among the notes.
 
