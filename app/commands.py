@@ -203,7 +203,8 @@ def _region(window: Window) -> list[Action]:
                "mdi6.invert-colors", with_region, menu),
         Action("region.symmetry", "Edit symmetrically",
                lambda: symmetry.choose("off" if mirrored() else "found"),
-               ("Y",), "mdi6.reflect-horizontal", with_document, menu, checked=mirrored),
+               ("Y",), "mdi6.reflect-horizontal", with_document, menu, checked=mirrored,
+               apart=True),
         *(
             Action(f"region.mirror.{axis}", f"Mirror across {axis.upper()} through the middle",
                    partial(mirror, axis), enabled=with_document, menu=menu,
@@ -211,7 +212,7 @@ def _region(window: Window) -> list[Action]:
             for axis in AXES
         ),
         Action("region.keep", "Keep this region…", keep, (), "mdi6.bookmark-outline", with_region,
-               menu),
+               menu, apart=True),
     ]  # fmt: skip
 
 
@@ -276,6 +277,8 @@ def _view(window: Window) -> list[Action]:
                with_document, menu, checked=lambda: viewport.turntable, apart=True),
         Action("view.picture", "Save a picture…", pictures.ask_save, (), "mdi6.camera-outline",
                with_document, menu),
+        Action("view.turntable_file", "Save a turntable…", window.turntable_file.ask, (),
+               "mdi6.movie-open-outline", with_document, menu),
         Action("view.backdrop", "Picture to trace…", pictures.ask_trace, (), "mdi6.image-outline",
                with_document, menu),
         Action("view.panels", "Hide panels", window.toggle_panels, ("Tab",), menu=menu,

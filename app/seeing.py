@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from PySide6.QtCore import QSignalBlocker
 from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -103,30 +104,46 @@ class Flip:
 
 
 class PictureDialog(QDialog):
-    """Asks how large a picture shall be and what is behind the form."""
+    """Asks how large a picture shall be and what is behind the form.
 
-    def __init__(self, viewport: Viewport, parent: QWidget) -> None:
+    The height follows the width, so that the picture shows what the viewport shows, until the
+    person sets the height as well.
+
+    Parameters
+    ----------
+    largest : side of a picture, px.
+    times : how often the viewport's own size it begins with.
+    """
+
+    def __init__(
+        self,
+        viewport: Viewport,
+        parent: QWidget,
+        title: str = "Save a picture",
+        largest: int = LARGEST_PICTURE,
+        times: int = 2,
+    ) -> None:
         super().__init__(parent)
-        self.setWindowTitle("Save a picture")
+        self.setWindowTitle(title)
+        self._follows = True
         self._ratio = viewport.height() / max(viewport.width(), 1)
-        self.width_box = QSpinBox(self)
-        self.width_box.setRange(64, LARGEST_PICTURE)
-        self.width_box.setSuffix(" px")
-        plain_number(self.width_box)
-        self.width_box.setKeyboardTracking(True)  # the height follows every digit
-        self.height_label = QLabel(self)
-        self.height_label.setContentsMargins(9, 0, 0, 0)  # under the digits of the width
+        self.width_box, self.height_box = QSpinBox(self), QSpinBox(self)
+        for box in (self.width_box, self.height_box):
+            box.setRange(64, largest)
+            box.setSuffix(" px")
+            plain_number(box)
+            box.setKeyboardTracking(True)  # the height follows every digit of the width
         self.transparent = QCheckBox("Transparent background", self)
         self.transparent.setChecked(True)
         form = QFormLayout(self)
         form.setContentsMargins(2 * GRID, 2 * GRID, 2 * GRID, 2 * GRID)
         form.setHorizontalSpacing(2 * GRID)
         form.setVerticalSpacing(GRID + GRID // 2)
-        width_label = QLabel("Width", self)
-        width_label.setBuddy(self.width_box)
-        width_label.setMinimumHeight(self.width_box.minimumHeight())  # on the digits' line
-        form.addRow(width_label, self.width_box)
-        form.addRow("Height", self.height_label)
+        for words, box in (("Width", self.width_box), ("Height", self.height_box)):
+            label = QLabel(words, self)
+            label.setBuddy(box)
+            label.setMinimumHeight(box.minimumHeight())  # on the digits' line
+            form.addRow(label, box)
         form.addRow(self.transparent)
         kinds = QDialogButtonBox.StandardButton
         buttons = QDialogButtonBox(kinds.Save | kinds.Cancel, self)
@@ -136,19 +153,24 @@ class PictureDialog(QDialog):
         buttons.rejected.connect(self.reject)
         form.addRow(buttons)
         self.setMinimumWidth(320)
-        self.width_box.valueChanged.connect(self._show_height)
-        self.width_box.setValue(min(LARGEST_PICTURE, 2 * viewport.width()))
-        self._show_height()
+        self.width_box.valueChanged.connect(self._follow)
+        self.height_box.valueChanged.connect(self._set_apart)
+        self.width_box.setValue(min(largest, times * viewport.width()))
+        self._follow()
         self.width_box.selectAll()
 
     @property
     def size_in_pixels(self) -> tuple[int, int]:
-        """Width and height of the picture; the frame is that of the viewport."""
-        width = self.width_box.value()
-        return width, max(1, round(width * self._ratio))
+        """Width and height of the picture."""
+        return self.width_box.value(), self.height_box.value()
 
-    def _show_height(self) -> None:
-        self.height_label.setText(f"{self.size_in_pixels[1]} px")
+    def _follow(self) -> None:
+        if self._follows:
+            with QSignalBlocker(self.height_box):
+                self.height_box.setValue(round(self.width_box.value() * self._ratio))
+
+    def _set_apart(self) -> None:
+        self._follows = False
 
 
 def picture_file(parent: QWidget, folder: str) -> Path | None:

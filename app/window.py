@@ -45,6 +45,7 @@ from app.thumbnails import Thumbnails
 from app.toolbox import Toolbox
 from app.toolhost import ToolHost
 from app.trace_bar import TraceBar
+from app.turntable_file import TurntableFile
 from app.viewport import Viewport
 from app.welcome import Welcome
 from engine import Document
@@ -94,6 +95,7 @@ class Window(QMainWindow):
         Thumbnails(self.session, self.stage, self.viewport, self.steps)
         self.file_dialogs = FileDialogs(self.files, self)
         self.picture_files = PictureFiles(self.session, self.viewport, self.trace_bar, self)
+        self.turntable_file = TurntableFile(self.session, self.viewport, self)
         self._held_key = HeldKey(self.stage, self)
         self._keys: Keys | None = None
         panels = (self.level, self.edit, self.steps)
@@ -326,6 +328,7 @@ class Window(QMainWindow):
         self.toolbox.stop()
         self.end_compare()
         self.modes.stop()
+        self.turntable_file.stop()
         self.stage.stop()
         self.session.close()
         self.viewport.close()

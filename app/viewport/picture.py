@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,9 @@ def rendered(
     transparent: bool,
 ) -> NDArray[np.uint8]:
     """Render into the window's own buffer at another size; return (h, w, 4) RGBA, row 0 on top.
+
+    What the window shows is in the picture: one that is narrower for its height is seen from
+    farther, one that is wider shows more at its sides.
 
     The window's buffer is not what is on screen (Qt copies from it), so that nothing flickers.
     """
@@ -44,6 +48,11 @@ def rendered(
         renderer.SetBackgroundAlpha(0.0)
     else:
         renderer.SetBackgroundAlpha(1.0)
+    wide, high = before[0]
+    camera, out = renderer.GetActiveCamera(), max(1.0, (wide / max(high, 1)) / (width / height))
+    seen = camera.GetViewAngle(), camera.GetParallelScale()
+    camera.SetViewAngle(2 * math.degrees(math.atan(out * math.tan(math.radians(seen[0] / 2)))))
+    camera.SetParallelScale(out * seen[1])
     interactor = window.GetInteractor()
     interactor.EnableRenderOn()
     try:
@@ -53,6 +62,8 @@ def rendered(
         return vtk_to_numpy(pixels).reshape(height, width, 4)[::-1].copy()
     finally:
         interactor.EnableRenderOff()
+        camera.SetViewAngle(seen[0])
+        camera.SetParallelScale(seen[1])
         window.SetSize(*before[0])
         window.SetMultiSamples(before[1])
         renderer.SetUseFXAA(before[2])
