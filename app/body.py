@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.panels.panel import Panel
+from app.panels.shelf import Shelf
 
 PANEL_WIDTH = 304
 LOW = 740  # px below which the panels have too little height
@@ -36,6 +37,7 @@ class Body(QWidget):
     Attributes
     ----------
     split : the viewport, and whatever is shown beside it.
+    shelf : what the options of the tool are slid in where they have no room.
     side : the panels.
     """
 
@@ -53,7 +55,8 @@ class Body(QWidget):
         self.split.addWidget(viewport)
         self.side = Side(panels)
         self._middle = _tight(QVBoxLayout())
-        self._middle.addWidget(strip)
+        self.shelf = Shelf(strip, self)
+        self._middle.addWidget(self.shelf)
         self._middle.addWidget(self.split, 1)
         self._middle.addWidget(below)
         row = _tight(QHBoxLayout(self))

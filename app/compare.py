@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QApplication,
     QFrame,
@@ -21,6 +22,7 @@ from PySide6.QtWidgets import (
 
 from app.look import Theme
 from app.panels.panel import GRID, plain_number
+from app.panels.shelf import Shelf
 from app.session import Session
 from app.viewport import Viewport
 from engine import Document, EngineError, Moment
@@ -29,6 +31,7 @@ from plugins.morph import MOST_MODES, MorphStep, morph_between
 
 MARGIN = 12
 SLIDES = 100
+ROOM_FOR_CUBE = 360  # px, beside the words and the buttons
 HEIGHT = 44  # of the bar, as of the one above the form
 
 
@@ -37,6 +40,9 @@ class Header(QFrame):
 
     def __init__(self, over: QWidget) -> None:
         super().__init__(over)
+        self._over = over
+        self._text = ""
+        over.installEventFilter(self)
         self.setObjectName("header")
         self.setStyleSheet(
             "#header { background: palette(window); border: 1px solid palette(mid);"
@@ -60,10 +66,25 @@ class Header(QFrame):
 
     def say(self, text: str) -> None:
         """Show `text`, or nothing."""
-        self._words.setText(text)
+        self._text = text
         self.setVisible(bool(text))
-        self.adjustSize()
+        self._fit()
         self.raise_()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Shorten the words where there is too little room, not the buttons."""
+        if event.type() == QEvent.Type.Resize:
+            self._fit()
+        return super().eventFilter(watched, event)
+
+    def _fit(self) -> None:
+        self._words.setText("")
+        room = self._over.width() - 2 * MARGIN - self.sizeHint().width()
+        elided = Qt.TextElideMode.ElideRight
+        measure = self._words.fontMetrics()
+        self._words.setText(measure.elidedText(self._text, elided, max(room, 0)))
+        self._words.setToolTip(self._text)
+        self.adjustSize()
 
 
 class MorphBar(QFrame):
@@ -115,7 +136,8 @@ class MorphBar(QFrame):
         row.setSpacing(2 * GRID)
         row.addWidget(title)
         row.addWidget(self._reason, 1)
-        row.addWidget(self._controls, 1)
+        self.shelf = Shelf(self._controls, self)
+        row.addWidget(self.shelf, 1)
         self.setFixedHeight(HEIGHT)
         self.clear()
 
@@ -129,7 +151,7 @@ class MorphBar(QFrame):
         self.clear()
         self._reason.setText(reason)
         self._reason.setVisible(bool(reason))
-        self._controls.setVisible(not reason)
+        self.shelf.setVisible(not reason)
 
     def clear(self) -> None:
         """Put both sliders at this variant, without a signal."""
@@ -196,6 +218,7 @@ class Compare(QWidget):
         self.morph = MorphBar(self)
         self.morph.moved.connect(self._preview)
         self.morph.kept.connect(self._keep)
+        self.morph.shelf.dress(theme)
         self._step: MorphStep | None = None
         self._of: Document | None = None
         column = QVBoxLayout(self)
@@ -206,6 +229,16 @@ class Compare(QWidget):
         main.camera_changed.connect(self._look)
         self.viewport.camera_changed.connect(self._lead)
         main.looks_changed.connect(self._take_looks)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Show one cube for both where there is no room for two."""
+        super().resizeEvent(event)
+        self.viewport.cube.setVisible(self.width() >= ROOM_FOR_CUBE)
+
+    def dress(self, theme: Theme) -> None:
+        """Take the colours of `theme`."""
+        self.viewport.set_theme(theme)
+        self.morph.shelf.dress(theme)
 
     def show_moment(self, moment: Moment) -> None:
         """Show a moment beside the current one."""

@@ -158,13 +158,14 @@ class Window(QMainWindow):
     def _dress(self, theme: Theme) -> None:
         self.viewport.set_theme(theme)
         if self.compare is not None:
-            self.compare.viewport.set_theme(theme)
+            self.compare.dress(theme)
         self.actions_table.dress(theme)
         for part in (
             self.level,
             self.edit,
             self.steps,
             self.rail,
+            self.body.shelf,
             self.status,
             self.hint,
             self.welcome,
