@@ -196,9 +196,7 @@ def _bridges(mesh: Mesh, pool: I64, starts: I64, ends: I64) -> list[I64] | None:
     bridges = []
     for start, end, apart in zip(local[starts], local[ends], across, strict=True):
         for reach in (4.0 * (apart + step), np.inf):
-            distance, before = dijkstra(
-                graph, directed=False, indices=start, limit=reach, return_predecessors=True
-            )
+            distance, before = dijkstra(graph, indices=start, limit=reach, return_predecessors=True)
             if np.isfinite(distance[end]):
                 break
         else:
@@ -211,7 +209,10 @@ def _bridges(mesh: Mesh, pool: I64, starts: I64, ends: I64) -> list[I64] | None:
 
 
 def _dual_graph(mesh: Mesh, pool: I64) -> sp.csr_array:
-    """Return the graph of the faces `pool` with the distance of centroids over shared edges."""
+    """Return the graph of the faces `pool` with the distance of centroids over shared edges.
+
+    Each way is in it to and fro: scipy would turn an undirected graph round for every search.
+    """
     faces = mesh.faces[pool]
     corners = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     keys = corners[:, 0] * np.int64(mesh.n) + corners[:, 1]
@@ -223,7 +224,8 @@ def _dual_graph(mesh: Mesh, pool: I64) -> sp.csr_array:
     length = np.linalg.norm(centre[a] - centre[b], axis=1)
     length += 1e-9 * (length.max(initial=0.0) + 1e-300)
     n = len(pool)
-    return sp.csr_array(sp.coo_array((length, (a, b)), shape=(n, n)))
+    ends = np.concatenate([a, b]), np.concatenate([b, a])
+    return sp.csr_array(sp.coo_array((np.tile(length, 2), ends), shape=(n, n)))
 
 
 def _ladder_path(mesh: Mesh, strip: I64, seen: F64, path: F64, closed: bool) -> I64:

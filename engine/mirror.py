@@ -59,18 +59,23 @@ def mirrored_region(mesh: Mesh, roi: I64, plane: Plane) -> I64:
     roi : (m,) vertex ids.
     plane : a, b, c, d: the points with a x + b y + c z = d; its normal may have any length.
     """
-    images = reflected(mesh.vertices, plane)
-    # Only what lies near the mirrored region can belong to it.
     x = mesh.vertices[roi]
     reach = _TWIN_EDGES * _edge_length(mesh, roi)
-    low, high = x.min(axis=0), x.max(axis=0)
-    near = _in_box(images, low - reach, high + reach)
-    # And only what lies near the region can be so near to an image there.
-    about = _in_box(mesh.vertices, low - 2 * reach, high + 2 * reach)
-    tree = cKDTree(mesh.vertices[about])
-    away, nearest = tree.query(images[near], distance_upper_bound=reach)
     inside = np.zeros(mesh.n, dtype=bool)
     inside[roi] = True
+    # Only what lies near the mirrored region can belong to its twin, and is not in it anyway.
+    there = reflected(x, plane)
+    near = _in_box(mesh.vertices, there.min(axis=0) - reach, there.max(axis=0) + reach)
+    near = near[~inside[near]]
+    images = reflected(mesh.vertices[near], plane)
+    low, high = x.min(axis=0), x.max(axis=0)
+    close = _in_box(images, low - reach, high + reach)
+    near, images = near[close], images[close]
+    if len(near) == 0:
+        return distinct(roi, mesh.n)
+    # And only what lies near the region can be so near to an image there.
+    about = _in_box(mesh.vertices, low - 2 * reach, high + 2 * reach)
+    away, nearest = cKDTree(mesh.vertices[about]).query(images, distance_upper_bound=reach)
     met = np.isfinite(away)
     twin = near[met][inside[about[nearest[met]]]]
     return distinct(np.concatenate([roi, twin]), mesh.n)

@@ -83,18 +83,21 @@ def silhouette_chain(
         The stroke is shorter than a pixel or not finite.
     """
     path = tidy_stroke(checked_path(path_px), 2.0)
-    edges, outline, beside = outline_edges(mesh, view, roi)
+    ids = np.unique(np.asarray(roi))
+    px = np.full((mesh.n, 2), np.inf)
+    px[ids] = view.project(mesh.vertices[ids])
+    # In a large region the stroke is near to few.
+    beside = px[ids]
+    low, high = path.min(axis=0) - 2 * reach, path.max(axis=0) + 2 * reach
+    ids = ids[((beside >= low) & (beside <= high)).all(axis=1)]
+    away = np.full(mesh.n, np.inf)
+    away[ids] = cKDTree(path).query(px[ids])[0]
+    ids = ids[away[ids] <= 2 * reach]
+    edges, outline, beside = outline_edges(mesh, view, ids)
     if visible is not None:
         seen = np.zeros(mesh.n, dtype=bool)
         seen[np.asarray(visible)] = True
         outline &= seen[edges].any(axis=1) | seen[beside].any(axis=1)
-    ids = np.unique(edges)
-    px = np.full((mesh.n, 2), np.inf)
-    px[ids] = view.project(mesh.vertices[ids])
-    away = np.full(mesh.n, np.inf)
-    away[ids] = cKDTree(path).query(px[ids])[0]
-    near = (away[edges] <= 2 * reach).all(axis=1)
-    edges, outline = edges[near], outline[near]
     if not outline.any() or _near_share(path, px[edges[outline]], reach) < share:
         return None
     length = np.linalg.norm(mesh.vertices[edges[:, 0]] - mesh.vertices[edges[:, 1]], axis=1)
@@ -125,8 +128,10 @@ def _calm(mesh: Mesh, chain: I64, roi: I64, closed: bool) -> I64:
     tree = cKDTree(along(curve, lengths, at))
     away[ids] = tree.query(x[ids], distance_upper_bound=_STRAYS * edge)[0] / edge
     away[chain] = np.minimum(away[chain], _STRAYS)  # where nothing else joins, the first chain does
-    edges = mesh.topology.edges
-    edges = edges[np.isfinite(away[edges]).all(axis=1)]
+    near = ids[np.isfinite(away[ids])]
+    links = mesh.topology.adjacency[near]
+    edges = np.column_stack([np.repeat(near, np.diff(links.indptr)), links.indices])
+    edges = edges[(edges[:, 0] < edges[:, 1]) & np.isfinite(away[edges[:, 1]])]
     cost = np.linalg.norm(x[edges[:, 0]] - x[edges[:, 1]], axis=1)
     cost = cost * (1.0 + (away[edges] ** 2).sum(axis=1)) + 1e-9 * edge
     third = len(chain) // 3

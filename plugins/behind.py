@@ -41,7 +41,9 @@ def ends_behind(context: Context, anchors: I64, roi: I64) -> bool:
     if len(hidden) == 0 or len(curve) < 2:
         return False
     length = float(np.linalg.norm(np.diff(curve, axis=0), axis=1).sum())
-    own = roi[cKDTree(curve).query(mesh.vertices[roi])[0] < BESIDE * length]
+    reach = BESIDE * length
+    away = cKDTree(curve).query(mesh.vertices[roi], distance_upper_bound=reach)[0]
+    own = roi[away < reach]
     if _turned_away(mesh, own, view).mean() > BACK:
         return False
     along = np.gradient(curve, axis=0)

@@ -280,7 +280,7 @@ def _lines(draft: Draft) -> list[Line]:
     if draft.source is not None:
         made.append(Line("source", "source", _of("Source", None, draft.source), CURVE, SOURCE))
     pins = np.array(draft.options.pins, dtype=np.int64)
-    count = 0 if draft.roi is None else int(np.isin(pins, draft.roi).sum())
+    count = 0 if draft.roi is None else int(np.isin(pins, draft.roi, kind="table").sum())
     if count:
         words = "1 pin" if count == 1 else f"{count} pins"
         made.append(Line("pins", words, words, "mdi6.pin-outline", PIN))

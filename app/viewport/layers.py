@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QWidget
 
 from app.look import DARK, Theme
@@ -37,6 +38,12 @@ class Layers(Inking):
         self._form: Mesh | None = None
         self._vertices: F64 = np.zeros((0, 3))
         self._moved: I64 = _NONE  # all that were ever moved
+        self._region: I64 | None = None  # as it was asked for
+        # Not 0 ms: that would wait until a moving hand pauses.
+        self._region_timer = QTimer(self)
+        self._region_timer.setSingleShot(True)
+        self._region_timer.setInterval(1)
+        self._region_timer.timeout.connect(self._show_region)
         self.maps = Maps(self)
         self.rested.connect(self.maps.rested)
         self.curved.connect(self.maps.take_curvature, Qt.ConnectionType.QueuedConnection)
@@ -44,7 +51,7 @@ class Layers(Inking):
     @property
     def moving(self) -> bool:
         """Whether the picture changed a moment ago, or soon will by itself."""
-        return super().moving or self.maps.under_way
+        return super().moving or self.maps.under_way or self._region_timer.isActive()
 
     def _apply_eye(self) -> None:
         super()._apply_eye()
@@ -63,6 +70,8 @@ class Layers(Inking):
     def set_mesh(self, mesh: Mesh, keep_camera: bool = False) -> None:
         """Show a mesh, framed three-quarter, or from where one looks now."""
         before = self.scene.placement
+        self._region = None
+        self._region_timer.stop()
         self.scene.set_mesh(mesh)
         self.overlay.clear_curves()
         self._form = mesh
@@ -111,9 +120,29 @@ class Layers(Inking):
             self._moved = distinct(np.concatenate([self._moved, ids]), n)
 
     def set_region(self, ids: I64 | None) -> None:
-        """Tint the vertices `ids` as the region and draw their rim; None for no region."""
-        self.scene.set_region(ids)
+        """Tint the vertices `ids` as the region and draw their rim; None for no region.
+
+        On a heavy form it is shown a moment later: of several while a hand moves, the last.
+        """
+        if _same(ids, self._region):
+            return
+        self._region = ids
+        if self._heavy:
+            self._region_timer.start()
+        else:
+            self._show_region()
+
+    def _show_region(self) -> None:
+        """Show the region that was asked for last."""
+        self._region_timer.stop()
+        self.scene.set_region(self._region)
         self.update()
+
+    def render_image(self, size: tuple[int, int], transparent: bool = False) -> QImage:
+        """Return the form as a picture of `size` device pixels, smooth, without ink over it."""
+        if self._region_timer.isActive():
+            self._show_region()
+        return super().render_image(size, transparent)
 
     def set_colours(self, colours: ArrayLike | None) -> None:
         """Colour every vertex, (n, 3) uint8, instead of clay and region; None for clay."""
@@ -234,3 +263,10 @@ class Layers(Inking):
     def wireframe(self) -> bool:
         """Whether edges are drawn."""
         return self.scene.wireframe
+
+
+def _same(ids: I64 | None, others: I64 | None) -> bool:
+    """Whether two regions are the same, or both are none."""
+    if ids is None or others is None:
+        return ids is others
+    return ids is others or np.array_equal(ids, others)

@@ -85,7 +85,7 @@ def test_what_is_seen_of_a_heavy_form_is_known_before_anybody_asks(heavy, qtbot)
     viewport = heavy.viewport
     if not viewport.software:
         pytest.skip("a graphics card draws the form at once")
-    qtbot.waitUntil(lambda: not viewport.sight_comes, timeout=20_000)
+    qtbot.waitUntil(lambda: not viewport.sight_comes)
     ids = viewport.sight().ids
     actor = viewport.scene.surface.actor
     at_once = capture(viewport.render_window, viewport.renderer, actor)[::-1]
@@ -104,7 +104,7 @@ def test_a_stroke_ends_when_what_it_means_is_known(heavy, qtbot):
     assert heavy.kinds == ["press"] + ["move"] * 5
     assert told == [True]
     heavy.mouse(QEvent.Type.MouseMove, (30, 40))
-    with qtbot.waitSignal(viewport.sighted, timeout=20_000):
+    with qtbot.waitSignal(viewport.sighted):
         pass
     assert heavy.kinds == ["press"] + ["move"] * 5 + ["release"]
     assert told == [True, False]
@@ -118,7 +118,7 @@ def test_a_held_stroke_that_is_cancelled_never_ends(heavy, qtbot):
     viewport.turn_by(0.2, 0.0)
     heavy.mouse_drag(heavy.ellipse()[:6])
     viewport.cancel_pointer()
-    with qtbot.waitSignal(viewport.sighted, timeout=20_000):
+    with qtbot.waitSignal(viewport.sighted):
         pass
     assert "release" not in heavy.kinds
 
@@ -127,6 +127,7 @@ def test_the_region_of_a_heavy_form_is_never_lightened(heavy):
     viewport = heavy.viewport
     ids = viewport.vertices_inside(heavy.ellipse(0.15))
     viewport.set_region(ids)
+    heavy.settle()
     viewport.set_vertices(viewport.vertices[ids] * 1.02, ids)
     viewport.repaint()
     assert viewport.scene.standing_in
@@ -136,6 +137,28 @@ def test_the_region_of_a_heavy_form_is_never_lightened(heavy):
     assert (shown.surface.positions[-len(ids) :] == moved).all()
     inside = np.isin(viewport.form.faces, ids).any(axis=1).sum()
     assert (shown.surface.faces >= shown.surface.n - len(ids)).any(axis=1).sum() == inside
+
+
+def test_of_regions_marked_while_a_hand_moves_the_last_is_shown(heavy, monkeypatch):
+    viewport, shown = heavy.viewport, []
+    show = viewport.scene.set_region
+    monkeypatch.setattr(viewport.scene, "set_region", lambda ids: (shown.append(ids), show(ids)))
+    parts = [np.arange(0, count) for count in (500, 1000, 1500)]
+    for ids in parts:
+        viewport.set_region(ids)
+    assert viewport.moving
+    heavy.settle()
+    assert len(shown) == 1
+    assert shown[0] is parts[-1]
+    clay = viewport.scene.surface.colours[-1].tolist()
+    assert viewport.scene.surface.colours[0].tolist() != clay
+    viewport.set_region(parts[-1].copy())
+    heavy.settle()
+    assert len(shown) == 1, "it is shown already"
+    viewport.set_region(None)
+    viewport.render_image((80, 60))
+    assert shown[-1] is None, "a picture has the region asked for last"
+    assert len(shown) == 2
 
 
 def test_clustering_keeps_the_form_and_its_orientation():
@@ -178,13 +201,13 @@ def test_a_million_vertices_are_turned_and_lassoed(qtbot):
     prepare(mesh)
     stage = Stage(mesh, (900, 700))
     viewport = stage.viewport
-    qtbot.waitUntil(lambda: not viewport.sight_comes, timeout=60_000)
+    qtbot.waitUntil(lambda: not viewport.sight_comes)
     viewport.turn_by(0.3, 0.1)
     if viewport.software:
         viewport.repaint()
         assert viewport.scene.standing_in
         assert viewport.scene.stand_in.surface.n < 0.1 * mesh.n
-    qtbot.waitUntil(lambda: not viewport.moving and not viewport.sight_comes, timeout=60_000)
+    qtbot.waitUntil(lambda: not viewport.moving and not viewport.sight_comes)
     chosen = viewport.vertices_inside(stage.ellipse(0.05, (0.0, 0.0)))
     toward = viewport.eye.toward(viewport.scene.placement.to_scene(mesh.vertices[chosen]))
     stage.close()
