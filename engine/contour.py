@@ -34,7 +34,7 @@ _BETWEEN = 4  # places from one anchor to the next at which the outline is measu
 _LAP = 8  # points beyond which a loop's spline forgets where it was cut
 _KINK = np.radians(20.0)
 _STILL_PX = 2.0  # a target this near to its anchors hardly asks for anything
-_ROUNDS_MIXED = 5
+_LEAST_COSINE = 0.3  # between the normals of an edge and of the target it crosses
 _MOST_PAIRS = 4_000_000
 
 
@@ -110,25 +110,51 @@ def reach_beyond(lines: F64, curve: F64, outward: F64, limit: F64) -> F64:
     curve, outward : (c, 2) px and unit normals.
     limit : (c,) px that count, on either side; of several crossings the outermost does.
     """
-    if len(lines) == 0:
-        return np.full(len(curve), np.nan)
+    return crossings(lines, curve, outward, limit)[0]
+
+
+def crossings(lines: F64, curve: F64, outward: F64, limit: F64) -> tuple[F64, I64, F64]:
+    """Return where lines cross the normals of a curve; of several crossings the outermost counts.
+
+    Parameters
+    ----------
+    lines, curve, outward, limit : as in `reach_beyond`.
+
+    Returns
+    -------
+    height : (c,) px along the normal, NaN where nothing crosses it.
+    line : (c,) which line does, 0 where none.
+    share : (c,) of the way from that line's first end to its second.
+    """
+    c = len(curve)
+    height, line, at = np.full(c, np.nan), np.zeros(c, dtype=np.int64), np.zeros(c)
+    if len(lines) == 0 or c == 0:
+        return height, line, at
     low, high = lines.min(axis=1), lines.max(axis=1)
-    most = float(limit.max(initial=0.0))
+    most = float(limit.max())
     near = ((high >= curve.min(axis=0) - most) & (low <= curve.max(axis=0) + most)).all(axis=1)
-    start, along = lines[near, 0], lines[near, 1] - lines[near, 0]
-    beyond = np.full(len(curve), -np.inf)
-    rows = max(1, _MOST_PAIRS // max(1, len(start)))
-    for first in range(0, len(curve), rows):
-        part = slice(first, first + rows)
+    ids = np.flatnonzero(near)
+    if len(ids) == 0:
+        return height, line, at
+    start, along = lines[ids, 0], lines[ids, 1] - lines[ids, 0]
+    rows = max(1, _MOST_PAIRS // len(ids))
+    for first in range(0, c, rows):
+        part = np.arange(first, min(first + rows, c))
         to = start[None] - curve[part, None]
         n = outward[part, None]
         across = along[None, :, 0] * n[..., 1] - along[None, :, 1] * n[..., 0]
         parallel = np.abs(across) < 1e-12
         share = (n[..., 0] * to[..., 1] - n[..., 1] * to[..., 0]) / np.where(parallel, 1.0, across)
-        height = (to * n).sum(axis=2) + share * (along[None] * n).sum(axis=2)
-        met = ~parallel & (share >= 0) & (share <= 1) & (np.abs(height) <= limit[part, None])
-        beyond[part] = np.where(met, height, -np.inf).max(axis=1, initial=-np.inf)
-    return np.where(np.isfinite(beyond), beyond, np.nan)
+        away = (to * n).sum(axis=2) + share * (along[None] * n).sum(axis=2)
+        met = ~parallel & (share >= 0) & (share <= 1) & (np.abs(away) <= limit[part, None])
+        away = np.where(met, away, -np.inf)
+        best = away.argmax(axis=1)
+        row = np.arange(len(part))
+        found = np.isfinite(away[row, best])
+        height[part[found]] = away[row, best][found]
+        line[part[found]] = ids[best[found]]
+        at[part[found]] = share[row, best][found]
+    return height, line, at
 
 
 class OutlineAim:
@@ -144,6 +170,10 @@ class OutlineAim:
     rest : (n, 3) the surface that the stroke deforms.
     stroke : anchors, view, target.
     amount : share of the way to the target.
+
+    Attributes
+    ----------
+    places : how many there are at which the outline is measured.
     """
 
     def __init__(self, mesh: Mesh, roi: I64, rest: F64, stroke: Stroke, amount: float) -> None:
@@ -168,22 +198,57 @@ class OutlineAim:
         lines = self._contour.lines(view, rest)
         near = np.full(len(own), _NEAR_PX)
         found = reach_beyond(lines, own, sign * _normals(own, closed), near)
+        self.places = len(own)
         faded = 1.0 / (1.0 + (far / _STILL_PX) ** 2)
         self._own = faded * np.where(np.isfinite(found), found, 0.0)
 
     def beyond(self, level: F64) -> F64:
-        """Return how far the outline of the deformed surface (n, 3) is beyond the target, (c,) px.
+        """Return how far the outline of the deformed surface (n, 3) is beyond the target, (q,) px.
 
-        Ripples of the outline that are finer than the anchors can follow are left out.
+        There are several places from one anchor to the next; NaN where no outline is near.
         """
         lines = self._contour.lines(self.stroke.view, level)
-        reach = reach_beyond(lines, self._aim, self._aim_outward, self._limit)
-        reach -= self._own
-        known = np.flatnonzero(np.isfinite(reach))
-        if 2 * len(known) < len(reach):
-            return np.zeros(len(self._outward))
-        whole = np.interp(np.arange(len(reach)), known, reach[known])
-        return np.asarray(self._even @ whole)
+        return reach_beyond(lines, self._aim, self._aim_outward, self._limit) - self._own
+
+    def even(self, beyond: F64) -> F64:
+        """Return the even part of that at the anchors, (c,) px: finer they cannot follow."""
+        return np.asarray(self._even @ without_gaps(beyond))
+
+    def slopes(self, level: F64, ways: F64, roi: I64) -> F64:
+        """Return the rates at which `beyond` grows as the surface goes some ways, (q, b).
+
+        Parameters
+        ----------
+        level : (n, 3) the deformed surface.
+        ways : (b, m, 3) displacements of the region's vertices, each small.
+        roi : (m,) their ids, ascending.
+
+        Notes
+        -----
+        A crossing goes with its edge, and along it: by the edge's own way across it, over the
+        cosine between the edge's normal and that of the target.
+        """
+        view = self.stroke.view
+        edges = self._contour.edges[self._contour.outline(view, level)]
+        ends = np.stack([view.project(level[end]) for end in edges.T], axis=1)
+        height, line, share = crossings(ends, self._aim, self._aim_outward, self._limit)
+        known = np.flatnonzero(np.isfinite(height))
+        pair, n = edges[line[known]], self._aim_outward[known]
+        part = np.stack([1.0 - share[known], share[known]], axis=1)
+        place = np.minimum(np.searchsorted(roi, pair), len(roi) - 1)
+        part_moving = np.where(roi[place] == pair, part, 0.0)
+        way = (ways[:, place] * part_moving[..., None]).sum(axis=2)
+        here = (level[pair] * part[..., None]).sum(axis=1)
+        went = view.project((here + way).reshape(-1, 3)).reshape(*way.shape[:2], 2)
+        went -= view.project(here)
+        along = ends[line[known], 1] - ends[line[known], 0]
+        side = np.column_stack([along[:, 1], -along[:, 0]])
+        side /= np.linalg.norm(side, axis=1, keepdims=True)
+        cosine = (side * n).sum(axis=1)
+        cosine = np.copysign(np.maximum(np.abs(cosine), _LEAST_COSINE), cosine)
+        rate = np.full((len(ways), len(height)), np.nan)
+        rate[:, known] = (went * side).sum(axis=2) / cosine
+        return np.stack([without_gaps(r) for r in rate], axis=1)
 
     def inside(self, shift: F64) -> Stroke:
         """Return the stroke with its targets moved inwards by `shift` (c,) px."""
@@ -247,23 +312,15 @@ def even_fit(c: int, q: int, closed: bool) -> F64:
     return np.asarray(np.linalg.solve(hat.T @ hat + weight * bend.T @ bend, hat.T))
 
 
-def asked_next(asked: list[F64], left: list[F64]) -> F64:
-    """Return what to ask for next, given what was asked for so far and what each left over.
+def without_gaps(values: F64) -> F64:
+    """Return values (q,) along a curve with those that are not known, NaN, from their neighbours.
 
-    What is left over is asked for in addition. The surface answers parts of that in full and
-    others hardly: how it did in the last rounds tells (Anderson's mixing of three).
-
-    Parameters
-    ----------
-    asked, left : r arrays (c,) px each, r >= 1.
+    Where less than half is known, nothing is: the values are 0.
     """
-    onward = asked[-1] + left[-1]
-    if len(left) == 1:
-        return onward
-    steps = np.diff(np.array(asked[-_ROUNDS_MIXED:]), axis=0).T
-    change = np.diff(np.array(left[-_ROUNDS_MIXED:]), axis=0).T
-    share = np.linalg.lstsq(change, left[-1], rcond=1e-3)[0]
-    return np.asarray(onward - (steps + change) @ share)
+    known = np.flatnonzero(np.isfinite(values))
+    if 2 * len(known) < len(values):
+        return np.zeros(len(values))
+    return np.asarray(np.interp(np.arange(len(values)), known, values[known]))
 
 
 def _normals(curve: F64, closed: bool) -> F64:

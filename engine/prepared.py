@@ -10,7 +10,7 @@ import numpy as np
 
 from engine.arap import Polish
 from engine.arrays import B1, F64, I64
-from engine.contour import OutlineAim, asked_next
+from engine.contour import OutlineAim
 from engine.decomposition import decompose_stream
 from engine.detail import Decomposition
 from engine.details import Details
@@ -19,6 +19,7 @@ from engine.handles import Handles, Rows
 from engine.lse import Lse
 from engine.mesh import Mesh
 from engine.mirror import Twins, mirrored_region
+from engine.outlines import Outlines
 from engine.rectify import ring_products, ring_rotations
 from engine.result import EditResult
 from engine.run import Memo, Run
@@ -27,13 +28,6 @@ from engine.threads import while_polling
 
 if TYPE_CHECKING:
     from engine.edit import EditOptions, Stroke
-
-# An outline this near to its target is met; it takes two to four rounds, more for a strong pull.
-_MET_PX = 0.1
-_OUTLINE_ROUNDS = 14
-_ROUNDS_IN_VAIN = 5
-# So much worse than the nearest, a round went too far: the next goes half as far from there.
-_ASTRAY = 1.25
 
 # How far a vertex may go beyond what was drawn, in diagonals of the region.
 _FARTHEST = 1.0
@@ -226,16 +220,20 @@ class PreparedEdit:
 
     def _moved(self, strokes: Sequence[Stroke]) -> F64:
         """Return the displacement (m, 3) that brings anchors to targets, in the region's frame."""
-        asked = strokes
-        if self._twins is not None:
-            asked = self._twins.with_twins(strokes, self._placed(self._surface.rest))
-        aims = Rows.stacked([self._pin_rows(), *(self._sight_rows(s) for s in asked)])
-        rows = Rows.stacked([aims.agreed(), *(self._depth_rows(s) for s in asked)])
+        rows = self._rows(strokes)
         moved = self._handles.displacement(rows)
         if self._polish is not None and moved.any():
             moved = self._polish.relax(moved, self._options.polish)
         self._guard(moved, rows)
         return moved
+
+    def _rows(self, strokes: Sequence[Stroke]) -> Rows:
+        """Return all that strokes and pins ask for."""
+        asked = strokes
+        if self._twins is not None:
+            asked = self._twins.with_twins(strokes, self._placed(self._surface.rest))
+        aims = Rows.stacked([self._pin_rows(), *(self._sight_rows(s) for s in asked)])
+        return Rows.stacked([aims.agreed(), *(self._depth_rows(s) for s in asked)])
 
     def _onto_outlines(self, moved: F64, strokes: Sequence[Stroke]) -> tuple[F64, float]:
         """Move on until outlines lie on their targets; return the displacement and what is left.
@@ -249,38 +247,25 @@ class PreparedEdit:
             for i, stroke in enumerate(strokes)
             if stroke.outline
         }
-        ends = np.cumsum([len(strokes[i].anchors) for i in aims])
-        asked = [np.zeros(ends[-1] if aims else 0)]
-        left: list[F64] = []
-        kept = asked[0], asked[0]
-        tried: F64 | None = moved
-        nearest, off, vain, share = moved, np.inf, 0, 1.0
-        for _ in range(_OUTLINE_ROUNDS if aims else 0):
-            now = np.inf
-            if tried is not None:
-                level = self._level(tried)
-                left.append(np.concatenate([aim.beyond(level) for aim in aims.values()]))
-                now = float(np.abs(left[-1]).max())
-            vain += 1
-            if tried is not None and now < off:
-                nearest, off, vain, kept = tried, now, 0, (asked[-1], left[-1])
-            if off <= _MET_PX or vain == _ROUNDS_IN_VAIN:
-                break
-            if now > _ASTRAY * off:
-                share /= 2
-                left = [kept[1]]
-                asked = [kept[0], kept[0] + share * kept[1]]
-            else:
-                asked.append(asked_next(asked, left))
-            inner = dict(zip(aims, np.split(asked[-1], ends[:-1]), strict=True))
-            further = [aims[i].inside(inner[i]) if i in aims else s for i, s in enumerate(strokes)]
-            try:
-                tried = self._moved(further)
-            except SolveError:
-                tried = None
         others = [stroke for i, stroke in enumerate(strokes) if i not in aims]
-        error = self._target_error(self._level(nearest), others)
-        return nearest, max(error, off) if aims else error
+        if not aims:
+            return moved, self._target_error(self._level(moved), others)
+
+        def answer(further: Sequence[Stroke]) -> tuple[F64, F64] | None:
+            try:
+                found = self._moved(further)
+            except SolveError:
+                return None
+            return found, self._level(found)
+
+        def ways(further: list[list[Stroke]]) -> F64:
+            # Before the polish, displacements are linear in the targets.
+            start = self._handles.displacement(self._rows(strokes))
+            found = [self._handles.displacement(self._rows(each)) - start for each in further]
+            return np.array(found) * self._scale
+
+        nearest, off = Outlines(aims, strokes, answer, ways, roi).met(moved, self._level(moved))
+        return nearest, max(self._target_error(self._level(nearest), others), off)
 
     def _level(self, moved: F64) -> F64:
         """Return the surface at the level after a displacement (m, 3) in its frame, (n, 3)."""

@@ -1,0 +1,82 @@
+"""Outlines of strong pulls, where asking the anchors for what is left over does not help."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from engine import SketchEdit, Stroke, resample_target, silhouette_chain
+from engine.arrays import F64
+from engine.contour import Contour, OutlineAim, reach_beyond
+from engine.outlines import Outlines
+from tests.engine.shapes import camera, sphere
+
+BALL = sphere(5)
+ROI = np.flatnonzero((BALL.vertices[:, 1] > -0.3) & (BALL.vertices[:, 0] > -0.25))
+VIEW = camera((9.0, 0.0, 0.0))
+
+
+def sheared(pull: float) -> tuple[Stroke, F64, F64]:
+    """A stroke on the ball's outline pulled aside, its path (p, 2) px and normals outwards."""
+    seen = VIEW.project(BALL.vertices)
+    middle, radius = seen.mean(axis=0), np.ptp(seen[:, 1]) / 2
+    out = VIEW.project(np.array([[0.0, 1.0, 0.0]]))[0] - middle
+    out /= np.linalg.norm(out)
+    angle = np.linspace(-0.7, 0.7, 200) + np.arctan2(out[1], out[0])
+    arc = middle + radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    chain = silhouette_chain(BALL, arc, VIEW, ROI)
+    assert chain is not None
+    aside = out + 0.9 * np.array([-out[1], out[0]])
+    swell = np.cos(np.linspace(-np.pi / 2, np.pi / 2, len(arc))) ** 2
+    path = arc + pull * radius * np.outer(swell, aside)
+    along = np.gradient(path, axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    normals = np.column_stack([along[:, 1], -along[:, 0]])
+    normals *= np.sign((normals @ out).sum())
+    return (
+        Stroke(chain, VIEW, resample_target(BALL.vertices[chain], path, VIEW), outline=True),
+        path,
+        normals,
+    )
+
+
+def off_path(level: F64, path: F64, normals: F64) -> F64:
+    lines = Contour.of(BALL, ROI).lines(VIEW, level)
+    return reach_beyond(lines, path, normals, np.full(len(path), 60.0))[20:-20]
+
+
+def test_an_outline_pulled_aside_meets_its_target(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The steep shoulder comes from elsewhere on the flank than from its anchors."""
+    stroke, path, normals = sheared(0.5)
+    edit = SketchEdit(ROI, 0.0, (stroke,)).prepare(BALL)
+    met = edit.solve((stroke,))
+    again = edit.solve((stroke,))
+    assert (met.vertices == again.vertices).all()
+    monkeypatch.setattr(Outlines, "_downhill", lambda self, asked: asked)
+    before = edit.solve((stroke,))
+    error, was = (
+        float(np.sqrt((off_path(r.level_vertices, path, normals) ** 2).mean()))
+        for r in (met, before)
+    )
+    print(error, was, met.target_error_px, before.target_error_px)
+    # The ball's edges are 13 to 20 px long, so its corners alone stand half a pixel off any curve.
+    assert error < 0.6 * was
+    assert met.target_error_px < 0.5 < before.target_error_px
+
+
+def test_the_rates_are_those_of_the_outline_seen() -> None:
+    """Against differences: the ball turned a little, out and along its outline."""
+    stroke, _, _ = sheared(0.2)
+    rest = BALL.vertices
+    aim = OutlineAim(BALL, ROI, rest, stroke, 1e-9)
+    turn = np.cross(np.array([0.0, 0.0, 0.002]), rest[ROI])
+    way = np.stack([0.002 * rest[ROI], turn + 0.001 * rest[ROI]])
+    rates = aim.slopes(rest, way, ROI)
+    for each, rate in zip(way, rates.T, strict=True):
+        moved = rest.copy()
+        moved[ROI] += each
+        change = aim.beyond(moved) - aim.beyond(rest)
+        close = np.isfinite(change)
+        assert close.mean() > 0.9
+        # Other edges come to be the outline: small beside what the ball grows by.
+        assert np.median(np.abs(rate - change)[close]) < 0.1 * np.abs(change[close]).max()
