@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from PySide6.QtCore import QPoint, QRect, QSize
+from PySide6.QtCore import QPoint, QRect, QSize, Qt
+from PySide6.QtWidgets import QWidget
 
 from engine.arrays import F64
 
 MARGIN = 16
+_DIRECT = Qt.FindChildOption.FindDirectChildrenOnly
 AROUND = 8  # px that should stay free beside it
 
 
@@ -39,7 +41,7 @@ def free_place(
         above = floor - size.height() - MARGIN
         corners = [(MARGIN, MARGIN), (MARGIN, low), (right, low), (right, MARGIN)]
         for x, y in (*corners, (MARGIN, above), (right, above)):
-            if x < 0 or y < 0:
+            if x < 0 or y < 0 or y + size.height() > room.height():
                 continue
             found = covered(QRect(QPoint(x, y), size), blocked, form)
             if found < least:
@@ -47,6 +49,19 @@ def free_place(
             if found == 0:
                 return best
     return best
+
+
+def beside(widget: QWidget) -> list[QWidget]:
+    """Return what else lies over the same viewport now, but for what covers all of it."""
+    over = widget.parentWidget()
+    if over is None:
+        return []
+    everything = over.rect()
+    return [
+        one
+        for one in over.findChildren(QWidget, options=_DIRECT)
+        if one is not widget and one.isVisible() and one.geometry() != everything
+    ]
 
 
 def covered(place: QRect, taken: Iterable[QRect], form: F64) -> float:

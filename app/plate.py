@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.free_place import MARGIN, covered, free_place
+from app.free_place import MARGIN, beside, covered, free_place
 from engine.arrays import F64
 
 WIDTHS = 520, 360, 280
@@ -111,8 +111,8 @@ class Plate(QFrame):
         """Go out of the way of what it covers now: the form, the hint, a bar."""
         if not self.isVisible():
             return
-        beside = [one.geometry() for one in self._neighbours()]
-        if covered(self.geometry(), beside, self._form()) > 0:
+        others = [one.geometry() for one in beside(self)]
+        if covered(self.geometry(), others, self._form()) > 0:
             self._place()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
@@ -130,20 +130,11 @@ class Plate(QFrame):
         if self._over.isVisible():
             self._over.setFocus()
 
-    def _neighbours(self) -> list[QWidget]:
-        """Return what else lies over the viewport now, but for what covers all of it."""
-        everything = self._over.rect()
-        return [
-            one
-            for one in self._over.findChildren(QWidget, options=_DIRECT)
-            if one is not self and one.isVisible() and one.geometry() != everything
-        ]
-
     def _place(self) -> None:
         most = self._over.width() - 2 * MARGIN
         widths = [max(min(wide, most), NARROWEST) for wide in WIDTHS]
         sizes = [self._taken(wide) for wide in widths]
-        others = [one.geometry() for one in self._neighbours()]
+        others = [one.geometry() for one in beside(self)]
         which, corner = free_place(self._over.size(), sizes, others, self._form())
         self._taken(widths[which])
         self.move(corner)

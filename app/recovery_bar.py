@@ -5,31 +5,40 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from PySide6.QtCore import QEvent, QObject, Qt
+import numpy as np
+from PySide6.QtCore import QEvent, QObject, QSize, Qt, QTimer
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QBoxLayout, QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
 
+from app.free_place import MARGIN, beside, free_place
 from app.viewport.cube import SIZE as CUBE
+from engine.arrays import F64
 from engine.files.report import shown
 from engine.journal import Recoverable
 
-MARGIN = 16
 WIDEST = 860
 NARROW = 560
+BLOCKS = 400, 280  # px wide, where a line would cover the form
 BESIDE_CUBE = 420
 
 
 class RecoveryBar(QFrame):
-    """One line with its buttons, at the upper edge of what it lies over.
+    """One line with its buttons, or a block of it, where it does not cover the form.
 
     Parameters
     ----------
     over : the widget it lies over.
+    form : gives points of the form as they are seen, (p, 2) px.
     """
 
-    def __init__(self, over: QWidget) -> None:
+    def __init__(self, over: QWidget, form: Callable[[], F64] = lambda: np.zeros((0, 2))) -> None:
         super().__init__(over)
         self._over = over
+        self._form = form
+        # Not QTimer.singleShot: it keeps what it has called, and with it the whole window.
+        self._soon = QTimer(self)
+        self._soon.setSingleShot(True)
+        self._soon.timeout.connect(self._place)
         # A pen on the bar does not draw on the form below it.
         self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
         self.setObjectName("recovery")
@@ -77,8 +86,8 @@ class RecoveryBar(QFrame):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Stay in place when what is below changes its size."""
-        if event.type() == QEvent.Type.Resize:
-            self._place()
+        if event.type() == QEvent.Type.Resize and self.isVisible():
+            self._soon.start()  # once all else that lies there has followed
         return super().eventFilter(watched, event)
 
     def _place(self) -> None:
@@ -87,14 +96,27 @@ class RecoveryBar(QFrame):
         room = over.width() - CUBE - 3 * MARGIN
         if room < BESIDE_CUBE:
             room = over.width() - 2 * MARGIN
-        width = max(200, min(WIDEST, room))
-        # In a narrow window the buttons stand below the sentence, none of them cut off.
-        wide = width > NARROW
-        direction = QBoxLayout.Direction
-        self._both.setDirection(direction.LeftToRight if wide else direction.TopToBottom)
-        self.setFixedSize(width, self._both.totalHeightForWidth(width))
-        self.move(max(MARGIN, min((over.width() - width) // 2, MARGIN + room - width)), MARGIN)
+        line = max(200, min(WIDEST, room))
+        widths = [line, *(width for width in BLOCKS if width < line)]
+        taken = [one.geometry() for one in beside(self)]
+        sizes = [self._taken(width) for width in widths]
+        which, corner = free_place(over.size(), sizes, taken, self._form())
+        self.setFixedSize(self._taken(widths[which]))
+        self.move(corner)
         self.raise_()
+
+    def _taken(self, width: int) -> QSize:
+        """Lie within a width; return the size with it."""
+        # In little width the buttons stand below the sentence, none of them cut off.
+        direction = QBoxLayout.Direction
+        wide = width > NARROW
+        self._both.setDirection(direction.LeftToRight if wide else direction.TopToBottom)
+        return QSize(width, self._both.totalHeightForWidth(width))
+
+    def settle(self) -> None:
+        """Go out of the way of a form that has just come."""
+        if self.isVisible():
+            self._soon.start()
 
 
 class RecoveryOffers(QObject):

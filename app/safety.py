@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QMessageBox
 
 from app.autosave import Autosave
 from app.crash import CrashDialog, CrashWatch, native_crashes
+from app.opening_plate import form_seen
 from app.recovery_bar import RecoveryBar, RecoveryOffers
 from engine.files.place import sweep_strays
 from engine.files.report import shown
@@ -55,7 +56,8 @@ class Safety(QObject):
         self.autosave.set_aside.connect(self._was_set_aside)
         self.autosave.unsaved_changed.connect(self._mark)
         window.documents.saved.connect(self.autosave.saved)
-        self.bar = RecoveryBar(window.viewport)
+        self.bar = RecoveryBar(window.viewport, lambda: form_seen(window.session, window.viewport))
+        window.session.opened.connect(self.bar.settle)
         self.offers = RecoveryOffers(self.bar, self.autosave.restore, self)
         self.watch = CrashWatch(folder, self)
         self.watch.crashed.connect(self._crashed)
