@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
-from engine.arrays import B1, F64, I64
+from engine.arrays import B1, F64, I64, distinct
 from engine.errors import SketchError
 from engine.mesh import Mesh
 from engine.sketch import checked_path, tidy_stroke
@@ -93,7 +93,7 @@ def trace_anchors(
     if closed:
         under = np.append(under, under[0])
     strip, bridged = _strip(mesh, under, allowed)
-    seen = np.full((mesh.n, 2), np.nan)
+    seen = np.empty((mesh.n, 2))  # of the strip's corners only
     corners = np.unique(mesh.faces[strip])
     seen[corners] = view.project(mesh.vertices[corners])
     chain = _ladder_path(mesh, strip, seen, path, closed)
@@ -172,13 +172,9 @@ def _shared_corners(a: I64, b: I64) -> I64:
 
 
 def _near_faces(mesh: Mesh, faces: I64, allowed: B1) -> I64:
-    incidence = mesh.topology.incidence
-    mask = np.zeros(len(mesh.faces), dtype=bool)
-    mask[faces] = True
     for _ in range(_BRIDGE_RINGS):
-        corners = np.unique(mesh.faces[mask])
-        mask[incidence[corners].indices] = True
-    return np.flatnonzero(mask & allowed)
+        faces = mesh.topology.faces_about(distinct(mesh.faces[faces], mesh.n))
+    return faces[allowed[faces]]
 
 
 def _bridges(mesh: Mesh, pool: I64, starts: I64, ends: I64) -> list[I64] | None:
@@ -188,7 +184,7 @@ def _bridges(mesh: Mesh, pool: I64, starts: I64, ends: I64) -> list[I64] | None:
     a way is first looked for nearby only.
     """
     graph = _dual_graph(mesh, pool)
-    local = np.full(len(mesh.faces), -1, dtype=np.int64)
+    local = np.empty(len(mesh.faces), dtype=np.int64)
     local[pool] = np.arange(len(pool))
     middle = mesh.vertices[mesh.faces[starts]].mean(axis=1)
     across = np.linalg.norm(middle - mesh.vertices[mesh.faces[ends]].mean(axis=1), axis=1)

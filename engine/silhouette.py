@@ -84,13 +84,12 @@ def silhouette_chain(
     """
     path = tidy_stroke(checked_path(path_px), 2.0)
     ids = np.unique(np.asarray(roi))
-    px = np.full((mesh.n, 2), np.inf)
+    px, away = np.empty((mesh.n, 2)), np.empty(mesh.n)  # of what lies near the stroke only
     px[ids] = view.project(mesh.vertices[ids])
     # In a large region the stroke is near to few.
     beside = px[ids]
     low, high = path.min(axis=0) - 2 * reach, path.max(axis=0) + 2 * reach
     ids = ids[((beside >= low) & (beside <= high)).all(axis=1)]
-    away = np.full(mesh.n, np.inf)
     away[ids] = cKDTree(path).query(px[ids])[0]
     ids = ids[away[ids] <= 2 * reach]
     edges, outline, beside = outline_edges(mesh, view, ids)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -39,11 +40,10 @@ class Layers(Inking):
         self._vertices: F64 = np.zeros((0, 3))
         self._moved: I64 = _NONE  # all that were ever moved
         self._region: I64 | None = None  # as it was asked for
-        # Not 0 ms: that would wait until a moving hand pauses.
-        self._region_timer = QTimer(self)
-        self._region_timer.setSingleShot(True)
-        self._region_timer.setInterval(1)
-        self._region_timer.timeout.connect(self._show_region)
+        self._region_timer = self._soon(self._show_region)
+        self._plane: ArrayLike | None = None
+        self._sheet = False
+        self._plane_timer = self._soon(self._show_plane)
         self.maps = Maps(self)
         self.rested.connect(self.maps.rested)
         self.curved.connect(self.maps.take_curvature, Qt.ConnectionType.QueuedConnection)
@@ -51,7 +51,16 @@ class Layers(Inking):
     @property
     def moving(self) -> bool:
         """Whether the picture changed a moment ago, or soon will by itself."""
-        return super().moving or self.maps.under_way or self._region_timer.isActive()
+        soon = self._region_timer.isActive() or self._plane_timer.isActive()
+        return super().moving or self.maps.under_way or soon
+
+    def _soon(self, show: Callable[[], None]) -> QTimer:
+        """Return a timer that lets `show` be called once in the next turn of the loop."""
+        timer = QTimer(self)
+        timer.setSingleShot(True)
+        timer.setInterval(1)  # not 0 ms: that would wait until a moving hand pauses
+        timer.timeout.connect(show)
+        return timer
 
     def _apply_eye(self) -> None:
         super()._apply_eye()
@@ -70,8 +79,9 @@ class Layers(Inking):
     def set_mesh(self, mesh: Mesh, keep_camera: bool = False) -> None:
         """Show a mesh, framed three-quarter, or from where one looks now."""
         before = self.scene.placement
-        self._region = None
+        self._region = self._plane = None
         self._region_timer.stop()
+        self._plane_timer.stop()
         self.scene.set_mesh(mesh)
         self.overlay.clear_curves()
         self._form = mesh
@@ -140,8 +150,12 @@ class Layers(Inking):
 
     def render_image(self, size: tuple[int, int], transparent: bool = False) -> QImage:
         """Return the form as a picture of `size` device pixels, smooth, without ink over it."""
-        if self._region_timer.isActive():
-            self._show_region()
+        for timer, show in (
+            (self._region_timer, self._show_region),
+            (self._plane_timer, self._show_plane),
+        ):
+            if timer.isActive():
+                show()
         return super().render_image(size, transparent)
 
     def set_colours(self, colours: ArrayLike | None) -> None:
@@ -166,11 +180,23 @@ class Layers(Inking):
 
     def set_plane(self, plane: ArrayLike | None) -> None:
         """Show where a plane of symmetry a, b, c, d cuts the form; None for none."""
-        self.scene.set_plane(plane)
+        self._plane = plane
+        self._sheet = False
+        if self._heavy:
+            self._plane_timer.start()
+        else:
+            self._show_plane()
+
+    def _show_plane(self) -> None:
+        """Show the plane that was asked for last."""
+        self._plane_timer.stop()
+        self.scene.set_plane(self._plane)
+        self.scene.show_sheet(self._sheet)
         self.update()
 
     def show_sheet(self, wanted: bool) -> None:
         """Show that plane as a translucent sheet as well, or not."""
+        self._sheet = wanted
         self.scene.show_sheet(wanted)
         self.update()
 
