@@ -11,6 +11,7 @@ from engine.files.report import Change
 from engine.files.soup import INVALID, Soup, damaged
 
 PLACED = 50_000_000
+NODES = 100_000
 
 
 @dataclass
@@ -65,6 +66,7 @@ class Gathered:
     name: str
     pieces: list[Piece] = field(default_factory=list)
     _size: int = 0
+    _nodes: int = 0
 
     def place(self, piece: Piece, matrix: F64) -> None:
         """Add `piece` moved by `matrix` (4, 4), x' = M x; one that mirrors turns its polygons.
@@ -74,7 +76,8 @@ class Gathered:
         FileError
             The matrix is not finite, or all pieces together are more than any model has.
         """
-        self.count(len(piece.vertices) + len(piece.corners))
+        self._size += 1 + len(piece.vertices) + len(piece.corners)
+        self._refuse_multiplied()
         if not np.isfinite(matrix).all():
             raise damaged(self.name, "it places a part by numbers that are not finite")
         if (matrix == np.eye(4)).all():
@@ -86,10 +89,13 @@ class Gathered:
         put = Piece(moved, piece.corners, piece.sizes)
         self.pieces.append(put.turned() if mirrors else put)
 
-    def count(self, more: int) -> None:
-        """Note that something is placed that takes `more` room, at least a little."""
-        self._size += 1 + more
-        if self._size > PLACED:
+    def visit(self) -> None:
+        """Note that one more node of the scene is gone through, as often as it is reused."""
+        self._nodes += 1
+        self._refuse_multiplied()
+
+    def _refuse_multiplied(self) -> None:
+        if self._size > PLACED or self._nodes > NODES:
             raise damaged(self.name, "its parts multiply beyond what any model has")
 
     def soup(self, kind: str, notes: list[Change]) -> Soup:

@@ -100,7 +100,7 @@ def _place_nodes(file: _File, gathered: Gathered, nodes: list[Element]) -> None:
     waiting = [(node, np.eye(4), 1) for node in reversed(nodes)]
     while waiting:
         node, outer, depth = waiting.pop()
-        gathered.count(0)
+        gathered.visit()
         if depth > _DEPTH:
             raise damaged(file.name, f"its nodes are held in each other more than {_DEPTH} deep")
         with np.errstate(all="ignore"):

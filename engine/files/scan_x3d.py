@@ -70,7 +70,7 @@ def scan_x3d(data: bytes, name: str) -> Soup:
     while waiting:
         element, matrix, depth = waiting.pop()
         element = file.meant(element)
-        gathered.count(0)
+        gathered.visit()
         if depth > _DEPTH:
             raise damaged(name, "a part of it holds itself, or is nested absurdly deep")
         if element.tag == "Transform":

@@ -9,10 +9,8 @@ from __future__ import annotations
 
 import argparse
 import io
-import os
 import random
 import re
-import subprocess
 import sys
 import tempfile
 import zipfile
@@ -198,6 +196,7 @@ class Tally:
     opened: Counter[str] = field(default_factory=Counter)
     refused: Counter[str] = field(default_factory=Counter)
     respawns: int = 0
+    stopped: Counter[str] = field(default_factory=Counter)
     faults: list[str] = field(default_factory=list)
 
 
@@ -238,21 +237,76 @@ def sentence_fault(path: Path, text: str) -> str:
 
 
 def experimental_seeds(folder: Path) -> dict[str, tuple[str, bytes]]:
-    """Return small files in the formats that native code reads, written by that code."""
+    """Return small files in the other formats that open: name to (format, content)."""
     vertices, faces = grid()
-    kept = [f for f in faces if len(f) == 3]
-    save(Mesh(vertices, np.array(kept)), folder / "seed.ply")
-    save(Mesh(vertices, np.array(kept)), folder / "seed.glb")
-    code = (
-        "import pymeshlab; s = pymeshlab.MeshSet(); s.load_new_mesh('seed.ply')\n"
-        "for e in ('dae', 'x3d', '3ds'): s.save_current_mesh('seed.' + e)"
+    kept = np.array([f for f in faces if len(f) == 3])
+    save(Mesh(vertices, kept), folder / "seed.glb")
+    return {
+        "seed.glb": ("glTF", (folder / "seed.glb").read_bytes()),
+        "seed.dae": ("DAE", _dae(vertices, kept)),
+        "seed.x3d": ("X3D", _x3d(vertices, faces)),
+        "seed.3ds": ("3DS", _3ds(vertices, kept)),
+    }
+
+
+def _spelt(numbers: np.ndarray) -> str:
+    return " ".join(map(repr, numbers.ravel().tolist()))
+
+
+def _source(key: str, rows: np.ndarray, names: str) -> str:
+    params = "".join(f'<param name="{n}" type="float"/>' for n in names)
+    return (
+        f'<source id="{key}"><float_array id="{key}-array" count="{rows.size}">{_spelt(rows)}'
+        f'</float_array>\n<technique_common><accessor source="#{key}-array" count="{len(rows)}" '
+        f'stride="{rows.shape[1]}">{params}</accessor></technique_common></source>\n'
     )
-    # Under a comma locale that code would write commas.
-    plain = {**os.environ, "LC_ALL": "C.UTF-8"}
-    command = [sys.executable, "-c", code]
-    subprocess.run(command, cwd=folder, check=True, capture_output=True, env=plain, timeout=60)
-    kinds = {".glb": "glTF", ".dae": "DAE", ".x3d": "X3D", ".3ds": "3DS"}
-    return {f"seed{e}": (kind, (folder / f"seed{e}").read_bytes()) for e, kind in kinds.items()}
+
+
+def _dae(v: np.ndarray, triangles: np.ndarray) -> bytes:
+    """Return a COLLADA file with a normal for each triangle, beside the vertices."""
+    rows = np.dstack([triangles, np.repeat(np.arange(len(triangles))[:, None], 3, axis=1)])
+    corners = v[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return (
+        '<?xml version="1.0" encoding="utf-8"?>\n'
+        '<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">\n'
+        '<asset><unit name="meter" meter="1"/><up_axis>Z_UP</up_axis></asset>\n'
+        '<library_geometries><geometry id="sheet"><mesh>\n'
+        + _source("places", v, "XYZ")
+        + _source("normals", normals, "XYZ")
+        + '<vertices id="joined"><input semantic="POSITION" source="#places"/></vertices>\n'
+        f'<triangles count="{len(triangles)}">\n'
+        '<input semantic="VERTEX" source="#joined" offset="0"/>\n'
+        '<input semantic="NORMAL" source="#normals" offset="1"/>\n'
+        f"<p>{_spelt(rows)}</p>\n</triangles></mesh></geometry></library_geometries>\n"
+        '<library_visual_scenes><visual_scene id="world"><node id="n">\n'
+        '<instance_geometry url="#sheet"/></node></visual_scene></library_visual_scenes>\n'
+        '<scene><instance_visual_scene url="#world"/></scene></COLLADA>\n'
+    ).encode()
+
+
+def _x3d(v: np.ndarray, faces: list[tuple[int, ...]]) -> bytes:
+    rows = "\n".join(" ".join(map(str, f)) + " -1" for f in faces)
+    places = ",\n".join(" ".join(map(repr, row)) for row in v.tolist())
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?>\n'
+        '<X3D profile="Interchange" version="3.1"><head/>\n<Scene>\n<Shape>\n'
+        '<Appearance><Material diffuseColor="0.8 0.8 0.8"/></Appearance>\n'
+        f'<IndexedFaceSet solid="false" coordIndex="{rows}">\n'
+        f'<Coordinate point="{places}"/>\n</IndexedFaceSet>\n</Shape>\n</Scene>\n</X3D>\n'
+    ).encode()
+
+
+def _chunk(kind: int, content: bytes) -> bytes:
+    return kind.to_bytes(2, "little") + (6 + len(content)).to_bytes(4, "little") + content
+
+
+def _3ds(v: np.ndarray, triangles: np.ndarray) -> bytes:
+    rows = np.column_stack([triangles, np.full(len(triangles), 7)]).astype("<u2")
+    mesh = _chunk(0x4110, len(v).to_bytes(2, "little") + v.astype("<f4").tobytes())
+    mesh += _chunk(0x4120, len(rows).to_bytes(2, "little") + rows.tobytes())
+    named = _chunk(0x4000, b"sheet\0" + _chunk(0x4100, mesh))
+    return _chunk(0x4D4D, _chunk(0x0002, bytes([3, 0, 0, 0])) + _chunk(0x3D3D, named))
 
 
 def damaged_files(
@@ -279,6 +333,7 @@ def run(count: int, seed: int, folder: Path, experimental: bool = False) -> Tall
             found = open_file(path)
         except FileError as error:
             tally.refused[name] += 1
+            tally.stopped[name] += "stopped the reader" in str(error)
             fault = sentence_fault(path, str(error))
         else:
             tally.opened[name] += 1
@@ -302,7 +357,8 @@ def main() -> int:
     folder = Path(tempfile.mkdtemp(prefix="eigenform-mutations-"))
     tally = run(options.count, options.seed, folder, options.experimental)
     for name in tally.names:
-        print(f"{name:12} opened {tally.opened[name]:6} refused {tally.refused[name]:6}")
+        ended = f"of them by the end of the worker {tally.stopped[name]:4}"
+        print(f"{name:12} opened {tally.opened[name]:6} refused {tally.refused[name]:6}, {ended}")
     print(f"worker replaced {tally.respawns} times; {len(tally.faults)} faults (files in {folder})")
     for fault in tally.faults[:50]:
         print(fault)

@@ -8,21 +8,27 @@ finite. They go line by line and number by number, as plainly as the formats can
 from __future__ import annotations
 
 import math
+import re
 import struct
 import xml.etree.ElementTree as ET
 import zipfile
 from io import BytesIO
+from xml.dom import expatbuilder
+from xml.dom.minidom import Element
 
 Vertices = list[tuple[float, ...]]
 Polygons = list[tuple[int, ...]]
 
-PLAINLY_READ = ("OBJ", "OFF", "PLY", "STL", "3MF")
+PLAINLY_READ = ("OBJ", "OFF", "PLY", "STL", "3MF", "DAE", "X3D", "3DS")
 NOWHERE = (math.nan, math.nan, math.nan)
 
 
 def read_plainly(data: bytes, kind: str) -> tuple[Vertices, Polygons]:
     """Return what `data` holds, read as the format `kind`."""
-    readers = {"OBJ": _obj, "OFF": _off, "PLY": _ply, "STL": _stl, "3MF": _3mf}
+    readers = {
+        "OBJ": _obj, "OFF": _off, "PLY": _ply, "STL": _stl, "3MF": _3mf, "DAE": _dae, "X3D": _x3d,
+        "3DS": _3ds,
+    }  # fmt: skip
     vertices, polygons = readers[kind](data)
     return vertices, [p for p in polygons if _is_usable(p, vertices)]
 
@@ -220,4 +226,120 @@ def _3mf(data: bytes) -> tuple[Vertices, Polygons]:
             polygons.append(
                 tuple(int(v) if w else 1 << 40 for v, w in zip(values, whole, strict=True))
             )
+    return vertices, polygons
+
+
+def _elements(data: bytes) -> list[Element]:
+    document = expatbuilder.parseString(data, namespaces=False)
+    return list(document.getElementsByTagName("*"))
+
+
+def _tag(element: Element) -> str:
+    return str(element.nodeName).rpartition(":")[2]
+
+
+def _text(element: Element) -> str:
+    return "".join(c.data for c in element.childNodes if c.nodeType in (c.TEXT_NODE, 4))
+
+
+def _inside(element: Element, tag: str) -> list[Element]:
+    return [c for c in element.childNodes if c.nodeType == c.ELEMENT_NODE and _tag(c) == tag]
+
+
+def _split(text: str) -> list[str]:
+    return [w for w in re.split(r"[ \t\n\v\f]+", text) if w]
+
+
+def _dae(data: bytes) -> tuple[Vertices, Polygons]:
+    """Geometries of triangles that are placed, unmoved, with three numbers for each vertex."""
+    every = _elements(data)
+    known: dict[str, Element] = {}
+    for e in every:
+        if e.hasAttribute("id"):
+            known.setdefault(e.getAttribute("id"), e)
+    vertices: Vertices = []
+    polygons: Polygons = []
+    for instance in [e for e in every if _tag(e) == "instance_geometry"]:
+        for mesh in _inside(known[instance.getAttribute("url")[1:]], "mesh"):
+            for triangles in _inside(mesh, "triangles"):
+                places, corners = _dae_triangles(triangles, known)
+                first = len(vertices)
+                vertices += places
+                inside = [c + first if 0 <= c < len(places) else 1 << 40 for c in corners]
+                polygons += [tuple(inside[i : i + 3]) for i in range(0, len(inside), 3)]
+    return vertices, polygons
+
+
+def _dae_triangles(triangles: Element, known: dict[str, Element]) -> tuple[Vertices, list[int]]:
+    inputs = _inside(triangles, "input")
+    stride = 1 + max(int(e.getAttribute("offset") or 0) for e in inputs)
+    (vertex,) = [e for e in inputs if e.getAttribute("semantic") == "VERTEX"]
+    joined = known[vertex.getAttribute("source")[1:]]
+    position = next(e for e in _inside(joined, "input") if e.getAttribute("semantic") == "POSITION")
+    source = known[position.getAttribute("source")[1:]]
+    accessor = _inside(_inside(source, "technique_common")[0], "accessor")[0]
+    words = _split(_text(known[accessor.getAttribute("source")[1:]]))
+    step, skip = (
+        int(accessor.getAttribute("stride") or 1),
+        int(accessor.getAttribute("offset") or 0),
+    )
+    named = [bool(e.getAttribute("name")) for e in _inside(accessor, "param")]
+    used = [i for i, yes in enumerate(named) if yes or not any(named)] or [0, 1, 2]
+    places = []
+    for row in range(int(accessor.getAttribute("count"))):
+        places.append(tuple(_number(words[skip + row * step + i]) for i in used[:3]))
+    listed = [w for p in _inside(triangles, "p") for w in _split(_text(p))]
+    corners = [_index(w) for w in listed[int(vertex.getAttribute("offset") or 0) :: stride]]
+    return places, [1 << 40 if c is None else c for c in corners]
+
+
+def _x3d(data: bytes) -> tuple[Vertices, Polygons]:
+    """Sets of faces in shapes, each with coordinates of its own, not moved."""
+    vertices: Vertices = []
+    polygons: Polygons = []
+    shapes = [e for e in _elements(data) if _tag(e) == "Shape"]
+    for faces in [f for e in shapes for f in _inside(e, "IndexedFaceSet")]:
+        words = _split(_inside(faces, "Coordinate")[0].getAttribute("point").replace(",", " "))
+        numbers = [_number(w) for w in words]
+        count, first = len(numbers) // 3, len(vertices)
+        vertices += [tuple(numbers[3 * i : 3 * i + 3]) for i in range(count)]
+        found: list[list[int]] = [[]]
+        for word in _split(faces.getAttribute("coordIndex").replace(",", " ")):
+            index = _index(word)
+            if index == -1:
+                found.append([])
+            else:
+                inside = index is not None and 0 <= index < count
+                found[-1].append(first + index if inside and index is not None else 1 << 40)
+        around = -1 if faces.getAttribute("ccw").strip().lower() == "false" else 1
+        polygons += [tuple(p[::around]) for p in found]
+    return vertices, polygons
+
+
+def _3ds(data: bytes) -> tuple[Vertices, Polygons]:
+    vertices: Vertices = []
+    polygons: Polygons = []
+
+    def read(at: int, end: int, first: int) -> None:
+        while at + 6 <= end:
+            kind, length = struct.unpack_from("<HI", data, at)
+            inside = at + 6
+            if kind == 0x4000:
+                inside = data.index(b"\0", inside) + 1
+            if kind == 0x4100:
+                first = len(vertices)
+            if kind in (0x4D4D, 0x3D3D, 0x4000, 0x4100):
+                read(inside, at + length, first)
+            elif kind == 0x4110:
+                (count,) = struct.unpack_from("<H", data, inside)
+                vertices.extend(
+                    struct.unpack_from("<3f", data, inside + 2 + 12 * i) for i in range(count)
+                )
+            elif kind == 0x4120:
+                (count,) = struct.unpack_from("<H", data, inside)
+                rows = [struct.unpack_from("<3H", data, inside + 2 + 8 * i) for i in range(count)]
+                polygons.extend((a + first, b + first, c + first) for a, b, c in rows)
+            at += length
+
+    read(0, len(data), 0)
     return vertices, polygons
