@@ -29,6 +29,7 @@ from plugins.source import stabiliser
 NEAR = 28.0  # px: a press this near to a curve may begin a part of it anew
 DECIDES = 12.0  # px a hand moves before it is told whether it drags a curve or draws it anew
 ALONG = 0.9  # cosine to the curve: a hand that leaves along it draws a part of it anew
+STUB = 0.4  # of the curve: so short a stroke beside it may have been meant for a part
 INWARD = 0.3  # the same at an end of the curve, where a new one may begin at a wide angle
 
 
@@ -162,6 +163,12 @@ def _draw(
         return None
     tidy = tidy_stroke(_path(hand), 2.0, context.options.stabiliser)
     target = resample_target(points, tidy, view, closed=source.closed)
+    strokes = context.document.draft.strokes
+    if which < len(strokes) and lengths(target)[-1] < STUB * lengths(start)[-1]:
+        context.notice(
+            "That short stroke is the whole curve now; {edit.undo} brings the long one back. To "
+            "draw a part again, begin on the curve"
+        )
     return _with_stroke(context, which, _stroke(source, view, target))
 
 
