@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
-from scipy.sparse.csgraph import dijkstra
+from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
 from engine.arrays import B1, F64, I64, distinct
@@ -40,11 +40,14 @@ class AnchorPath:
     coverage : share of the triangles under the stroke that have a vertex among the anchors.
     bridged : how many gaps of the stroke (background, hidden or missing triangles) were closed
         along the surface.
+    parted : whether the stroke runs over parts that are not connected; the chain then lies where
+        most of the stroke does.
     """
 
     anchors: I64
     coverage: float
     bridged: int
+    parted: bool = False
 
 
 def anchor_path(
@@ -81,8 +84,8 @@ def trace_anchors(
     Raises
     ------
     SketchError
-        No triangle is under the stroke, its parts lie on surfaces that do not touch, or a loop is
-        no larger than a triangle.
+        No triangle is under the stroke, a loop lies on surfaces that do not touch, or it is no
+        larger than a triangle.
     """
     path = checked_path(path_px)
     allowed = _allowed_faces(mesh, roi)
@@ -92,7 +95,17 @@ def trace_anchors(
         raise SketchError("The stroke does not touch the region. Draw it on the coloured surface.")
     if closed:
         under = np.append(under, under[0])
-    strip, bridged = _strip(mesh, under, allowed)
+    kept = under
+    found = _strip(mesh, under, allowed)
+    if found is None and not closed:
+        kept, path = _longest_part(mesh, under, allowed, path, view)
+        found = _strip(mesh, kept, allowed)
+    if found is None:
+        raise SketchError(
+            "The stroke runs over parts that are not connected inside the region. "
+            "Draw it on one connected part."
+        )
+    strip, bridged = found
     seen = np.empty((mesh.n, 2))  # of the strip's corners only
     corners = np.unique(mesh.faces[strip])
     seen[corners] = view.project(mesh.vertices[corners])
@@ -105,7 +118,7 @@ def trace_anchors(
     on_chain = np.zeros(mesh.n, dtype=bool)
     on_chain[chain] = True
     coverage = float(on_chain[mesh.faces[np.unique(under)]].any(axis=1).mean())
-    return AnchorPath(chain, coverage, bridged)
+    return AnchorPath(chain, coverage, bridged, len(kept) < len(under))
 
 
 def _allowed_faces(mesh: Mesh, roi: ArrayLike | None) -> B1:
@@ -145,8 +158,28 @@ def _without_returns(faces: I64) -> I64:
         faces = faces[~back]
 
 
-def _strip(mesh: Mesh, under: I64, allowed: B1) -> tuple[I64, int]:
-    """Return faces of which each shares an edge with the next, through all of `under`."""
+def _longest_part(mesh: Mesh, under: I64, allowed: B1, path: F64, view: View) -> tuple[I64, F64]:
+    """Return the faces under a stroke on the connected part with most of it, and its path there."""
+    pool = np.flatnonzero(allowed)
+    label = connected_components(_dual_graph(mesh, pool), directed=False)[1]
+    part = label[np.searchsorted(pool, under)]
+    at = view.project(mesh.vertices[mesh.faces[under]].mean(axis=1))
+    steps = np.linalg.norm(np.diff(at, axis=0), axis=1)
+    inside = part[1:] == part[:-1]
+    length = np.bincount(part[1:][inside], steps[inside], int(part.max()) + 1)
+    length += 1e-9 * np.bincount(part, minlength=len(length))
+    kept = part == int(length.argmax())
+    even = tidy_stroke(path, spacing=1.0)
+    ends = cKDTree(even).query(at[np.flatnonzero(kept)[[0, -1]]])[1]
+    low, high = int(ends.min()), max(int(ends.max()), int(ends.min()) + 1)
+    return _without_returns(under[kept]), even[low : min(high, len(even) - 1) + 1]
+
+
+def _strip(mesh: Mesh, under: I64, allowed: B1) -> tuple[I64, int] | None:
+    """Return faces of which each shares an edge with the next, through all of `under`.
+
+    With them, how many gaps that takes to bridge; None where some lie on parts that do not touch.
+    """
     shares = _shared_corners(mesh.faces[under[:-1]], mesh.faces[under[1:]]) >= 2
     gaps = np.flatnonzero(~shares)
     if len(gaps) == 0:
@@ -156,10 +189,7 @@ def _strip(mesh: Mesh, under: I64, allowed: B1) -> tuple[I64, int]:
     if bridges is None:
         bridges = _bridges(mesh, np.flatnonzero(allowed), under[gaps], under[gaps + 1])
     if bridges is None:
-        raise SketchError(
-            "The stroke runs over parts that are not connected inside the region. "
-            "Draw it on one connected part."
-        )
+        return None
     pieces = np.split(under, gaps + 1)
     woven = [pieces[0]]
     for bridge, piece in zip(bridges, pieces[1:], strict=True):

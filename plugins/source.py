@@ -153,7 +153,13 @@ def _on_surface(context: Context, path: F64, roi: I64, closed: bool) -> I64:
                 "{region.grow}, or circle a larger part."
             )
         raise EngineError("The curve is not on the region. Draw it on the coloured part.")
-    return trace_anchors(context.shown, faces, path, context.view, roi, closed).anchors
+    found = trace_anchors(context.shown, faces, path, context.view, roi, closed)
+    if found.parted:
+        context.notice(
+            "The curve runs over parts that are not connected; it was kept where most of it lies. "
+            "{edit.back} drops it"
+        )
+    return found.anchors
 
 
 def _under(context: Context, path: F64, roi: I64) -> tuple[float, float]:

@@ -161,4 +161,26 @@ def test_what_cannot_be_a_source_is_refused() -> None:
     )
     apart = np.array([10, len(PLATE.faces) + 10])
     with pytest.raises(SketchError, match="not connected"):
-        anchor_path(two, apart, path, TOP)
+        anchor_path(two, apart, path, TOP, closed=True)
+
+
+def test_over_two_parts_a_stroke_lies_on_that_with_most_of_it() -> None:
+    gap = 1.1
+    two = Mesh(
+        np.vstack([PLATE.vertices, PLATE.vertices + np.array([gap, 0, 0])]),
+        np.vstack([PLATE.faces, PLATE.faces + PLATE.n]),
+    )
+    for low, high, first in ((0.2, 1.3, True), (0.7, 2.0, False)):
+        path = stroke([(low, 0.5), (high, 0.5)])
+        left = faces_along(PLATE, TOP, stroke([(low, 0.5), (0.97, 0.5)]))
+        right = faces_along(PLATE, TOP, stroke([(0.03, 0.5), (high - gap, 0.5)]))
+        under = np.concatenate([left, right + len(PLATE.faces)])
+        found = trace_anchors(two, under, path, TOP)
+        assert found.parted
+        assert is_chain(two, found.anchors)
+        assert ((found.anchors < PLATE.n) == first).all()
+        ends = two.vertices[found.anchors[[0, -1]], 0]
+        assert ends == pytest.approx([low, 0.97] if first else [gap + 0.03, high], abs=0.06)
+        assert found.coverage < 1.0
+    one = trace_anchors(PLATE, left, stroke([(0.7, 0.5), (0.97, 0.5)]), TOP)
+    assert not one.parted
