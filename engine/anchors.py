@@ -166,8 +166,9 @@ def _longest_part(mesh: Mesh, under: I64, allowed: B1, path: F64, view: View) ->
     at = view.project(mesh.vertices[mesh.faces[under]].mean(axis=1))
     steps = np.linalg.norm(np.diff(at, axis=0), axis=1)
     inside = part[1:] == part[:-1]
-    length = np.bincount(part[1:][inside], steps[inside], int(part.max()) + 1)
-    length += 1e-9 * np.bincount(part, minlength=len(length))
+    parts = int(part.max()) + 1
+    length = np.bincount(part[1:][inside], steps[inside], parts)
+    length = length + 1e-9 * np.bincount(part, minlength=parts)
     kept = part == int(length.argmax())
     even = tidy_stroke(path, spacing=1.0)
     ends = cKDTree(even).query(at[np.flatnonzero(kept)[[0, -1]]])[1]

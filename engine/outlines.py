@@ -29,6 +29,7 @@ _ROUNDS = 5
 _QUICK = 0.6
 _DESCENTS, _TRIALS = 8, 4
 _PARTS = 16  # of a stroke, that are asked for more or less each
+_CLOSE_PX = 0.25  # so near, going on would be paid with folds
 _DAMPING, _LESS, _MORE = 1e-2, 1 / 6, 4.0
 _WORTH = 0.02  # share of what is left that a descent must take off, or it is the last
 
@@ -134,7 +135,7 @@ class Outlines:
             asked, damping = better, damping * _LESS
             if self._off(asked.beyond) < self._off(nearest.beyond):
                 nearest = asked
-            if gain < _WORTH or self._off(nearest.beyond) <= MET_PX:
+            if gain < _WORTH or self._off(nearest.beyond) <= _CLOSE_PX:
                 break
         return nearest
 
