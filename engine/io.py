@@ -1,9 +1,9 @@
 """The door for files: open, clean, save. Everything native happens in a process of its own.
 
-OBJ, PLY, STL, OFF and 3MF are scanned by `engine.files.scan_*`: on arrays, to the last bit, with
-every loss counted. pymeshlab's own readers ended or hung the process on one damaged file in 25, and
-read byte order marks, decimal commas and index 0 wrongly without a word; it cleans, remeshes
-and reads the experimental formats, in the worker process.
+OBJ, PLY, STL, OFF, 3MF, DAE, X3D and 3DS are scanned by `engine.files.scan_*`: on arrays, to the
+last bit, with every loss counted. pymeshlab's own readers ended or hung the process on one damaged
+file in 25, and read byte order marks, decimal commas and index 0 wrongly without a word; it cleans,
+remeshes and reads glTF, in the worker process.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from engine.files import limits
 from engine.files.limits import MEMORY as MEMORY_LIMIT
 from engine.files.limits import memory_needed
 from engine.files.place import beside, put_in_place, readable_size, sweep_strays
-from engine.files.process import WorkerLostError, WorkerSlowError, worker
+from engine.files.process import WorkerDiedError, WorkerLostError, WorkerSlowError, worker
 from engine.files.report import CLEANING, PRECISION, Change, ExportReport, ImportReport, shown
 from engine.mesh import Mesh
 from engine.run import Run
@@ -135,6 +135,11 @@ def _given_up(name: str, size: int, lost: WorkerLostError) -> FileError:
         return FileError(
             f"“{name}” took longer than {limits.seconds_for(size):.0f} seconds to read and was "
             "given up. Save it as binary PLY or with fewer faces."
+        )
+    if isinstance(lost, WorkerDiedError) and lost.killed:
+        return FileError(
+            f"“{name}” could not be read: twice the system ended the process that reads it, as it "
+            "does when memory runs out. Close other programs and open it again."
         )
     return FileError(
         f"“{name}” could not be read: its content stopped the reader. "

@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import os
 import queue
+import signal
 import subprocess
 import sys
 import threading
@@ -24,6 +25,7 @@ from engine.run import Run
 
 _ERRORS: dict[str, type[EngineError]] = {"FileError": FileError, "MeshError": MeshError}
 _POLL = 0.05
+_LAST_BREATH = 5.0
 _UNBEGUN = "Starting"
 
 _Answers = queue.Queue[tuple[dict[str, Any], Arrays] | None]
@@ -43,7 +45,17 @@ class WorkerLostError(Exception):
 
 
 class WorkerDiedError(WorkerLostError):
-    """The worker ended before it answered."""
+    """The worker ended before it answered.
+
+    Parameters
+    ----------
+    stage : the words of the last progress that it reported.
+    killed : somebody ended it from outside, as a system does that runs out of memory.
+    """
+
+    def __init__(self, stage: str, killed: bool = False) -> None:
+        super().__init__(stage)
+        self.killed = killed
 
 
 class WorkerSlowError(WorkerLostError):
@@ -111,7 +123,10 @@ class FileWorker:
     def _answer(
         self, job: dict[str, Any], arrays: Arrays | None, seconds: float, run: Run | None
     ) -> tuple[dict[str, Any], Arrays]:
-        """Do the job, on a fresh process when the warm one ended before it began."""
+        """Do the job; once more on a fresh process where the end of the first was not its fault.
+
+        That is when the warm one ended before it began, or was killed from outside while it read.
+        """
         try:
             return self._ask(job, arrays, seconds, run)
         except (FileError, MeshError):
@@ -119,7 +134,7 @@ class FileWorker:
             raise
         except WorkerDiedError as lost:
             self._replace()
-            if lost.stage != _UNBEGUN:
+            if lost.stage != _UNBEGUN and not (lost.killed and job["job"] == "import"):
                 raise
         except BaseException:
             # Whatever it was doing is not wanted any more.
@@ -146,7 +161,7 @@ class FileWorker:
         try:
             send(process.stdin, {**job, "seconds": seconds}, arrays)  # type: ignore[arg-type]
         except OSError as error:
-            raise WorkerDiedError(text) from error
+            raise WorkerDiedError(text, self._was_killed(process)) from error
         clock = _Clock(process.pid, seconds)
         while True:
             try:
@@ -157,7 +172,7 @@ class FileWorker:
                     raise WorkerSlowError(text) from None
                 continue
             if answer is None:
-                raise WorkerDiedError(text)
+                raise WorkerDiedError(text, self._was_killed(process))
             message, found = answer
             if "ends" in message:
                 self._replace()
@@ -173,6 +188,19 @@ class FileWorker:
                 _tick(run, fraction, text)
             else:
                 return message, found
+
+    def _was_killed(self, process: subprocess.Popen[bytes]) -> bool:
+        """Whether a process whose pipe is closed was ended by somebody else than this program.
+
+        Native code that goes astray ends by SIGSEGV or SIGABRT; Windows does not tell.
+        """
+        kill = getattr(signal, "SIGKILL", None)
+        if kill is None or self._process is not process:
+            return False
+        try:
+            return bool(process.wait(timeout=_LAST_BREATH) == -kill)
+        except subprocess.TimeoutExpired:
+            return False
 
     def _ensure(self) -> subprocess.Popen[bytes]:
         if self._process is not None and self._process.poll() is None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import os
 import signal
+import subprocess
 import sys
 import textwrap
 import threading
@@ -129,6 +130,39 @@ def test_a_worker_killed_between_files_is_replaced(tmp_path: Path) -> None:
     os.kill(worker.pid, signal.SIGKILL)
     psutil.wait_procs([psutil.Process(worker.pid)] if worker.pid else [], timeout=5)
     assert open_file(path).mesh.n == 4
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="it does not tell who ended a process")
+def test_a_worker_killed_while_it_reads_is_not_the_files_fault(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write(tmp_path, "a.obj", tetrahedron())
+    starts: list[str] = []
+
+    def killed_times(count: int) -> FileWorker:
+        one = FileWorker()
+        starts.clear()
+
+        def start() -> subprocess.Popen[bytes]:
+            starts.append("killed" if len(starts) < count else "")
+            return spawn(MORTAL, starts[-1])
+
+        one.spawn = start
+        monkeypatch.setattr("engine.io.worker", one)
+        return one
+
+    for count in (1, 2):
+        mortal = killed_times(count)
+        try:
+            if count == 1:
+                assert open_file(path).mesh.n == 4
+            else:
+                with pytest.raises(FileError, match="twice the system ended") as refusal:
+                    open_file(path)
+                assert_says_it("a.obj", str(refusal.value))
+            assert starts[:2] == ["killed", "killed" if count == 2 else ""]
+        finally:
+            mortal.stop()
 
 
 def test_native_code_reads_one_strangers_file_in_a_process(tmp_path: Path) -> None:

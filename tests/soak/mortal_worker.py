@@ -2,7 +2,8 @@
 
 Where its file may not grow beyond a limit, the system ends it at that very byte, as a kill would.
 Called with `filter`, the system ends it while a native filter runs. Called with `reader`, native
-code reaches where there is no memory as soon as it reads a file. Called with `slow`, a file comes
+code reaches where there is no memory as soon as it reads a file. Called with `killed`, it is killed
+while it reads a file, as by a system that runs out of memory. Called with `slow`, a file comes
 to it as from a slow network, in ten blocks. Called with `wrong`, what it writes is not what the
 disk keeps.
 """
@@ -10,6 +11,7 @@ disk keeps.
 from __future__ import annotations
 
 import ctypes
+import os
 import signal
 import sys
 import time
@@ -63,6 +65,13 @@ def crash_inside_readers() -> None:
     worker._import_native_code = import_native_code
 
 
+def be_killed_while_reading() -> None:
+    """Have the process killed as soon as it reads a file."""
+    from engine.files import importing
+
+    importing.read_whole = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
+
+
 def write_wrongly() -> None:
     """Have sixty bytes in the middle of every file change while it is written."""
     from engine.files import exporting
@@ -109,6 +118,8 @@ if __name__ == "__main__":
         die_inside_filters()
     elif sys.argv[1:] == ["reader"]:
         crash_inside_readers()
+    elif sys.argv[1:] == ["killed"]:
+        be_killed_while_reading()
     elif sys.argv[1:] == ["wrong"]:
         write_wrongly()
     elif sys.argv[1:] == ["slow"]:
