@@ -15,8 +15,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 from tests import comma_locale
+from tests.program import PATIENCE
 
 ROOT = Path(__file__).resolve().parents[1]
 OURS = ("app", "engine", "plugins", "resources")
@@ -31,6 +33,16 @@ LASTING_THREADS = (
     "QThread",
     "tokio",
 )
+
+# Every machine tries the same examples, and none is told to be too slow for them.
+settings.register_profile(
+    "the same everywhere",
+    derandomize=True,
+    deadline=None,
+    database=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+settings.load_profile("the same everywhere")
 
 _locale = ""
 _xvfb: subprocess.Popen[bytes] | None = None
@@ -65,9 +77,9 @@ def pytest_configure(config: pytest.Config) -> None:
     _xvfb = subprocess.Popen(command, pass_fds=[writer], stderr=subprocess.DEVNULL)
     os.close(writer)
     with os.fdopen(reader) as answer:
-        if not select.select([answer], [], [], 30)[0]:
+        if not select.select([answer], [], [], PATIENCE)[0]:
             _xvfb.kill()
-            raise pytest.UsageError("Xvfb has not said within 30 s which display it serves.")
+            raise pytest.UsageError(f"Xvfb has not said within {PATIENCE} s what it serves.")
         number = answer.readline().strip()
     if number:
         os.environ["DISPLAY"] = f":{number}"
@@ -78,7 +90,7 @@ def pytest_unconfigure(config: pytest.Config) -> None:
     """Stop this worker's screen."""
     if _xvfb is not None:
         _xvfb.terminate()
-        _xvfb.wait(timeout=10)
+        _xvfb.wait(PATIENCE)
 
 
 @pytest.fixture(scope="session")
@@ -136,10 +148,10 @@ def _threads() -> set[threading.Thread]:
 
 @pytest.fixture(autouse=True)
 def _no_leaked_thread() -> Iterator[None]:
-    """Fail when a thread that the test started still runs five seconds after it."""
+    """Fail when a thread that the test started does not end after it."""
     before = _threads()
     yield
-    limit = time.monotonic() + 5.0
+    limit = time.monotonic() + PATIENCE
     while (left := _threads() - before) and time.monotonic() < limit:
         time.sleep(0.02)
     if left:

@@ -8,8 +8,9 @@ import sys
 import threading
 from pathlib import Path
 
+from tests.program import PATIENCE
+
 ROOT = Path(__file__).resolve().parents[1]
-BEGINS_WITHIN = 60.0
 
 
 def lines_until_killed(module: str, folder: Path, seed: int, after: float) -> list[str]:
@@ -26,11 +27,11 @@ def lines_until_killed(module: str, folder: Path, seed: int, after: float) -> li
     )
     assert process.stdout is not None
     with process.stdout:
-        late = threading.Timer(BEGINS_WITHIN, process.kill)
+        late = threading.Timer(PATIENCE, process.kill)
         late.start()
         first = process.stdout.readline()
         late.cancel()
-        assert first, f"{module} ended before it began, or did not begin in {BEGINS_WITHIN:g} s"
+        assert first, f"{module} ended before it began, or did not begin in {PATIENCE:g} s"
         threading.Event().wait(after)
         process.kill()
         rest = process.stdout.read().split("\n")

@@ -1,4 +1,4 @@
-"""Programs in a process of their own that a test waits for, a minute at the longest."""
+"""Programs in a process of their own that a test waits for, and how long it waits for anything."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
+PATIENCE = 120.0
+"""Seconds after which what has not come never will: no machine is too slow or too busy for it."""
 
 
 def run_python(*arguments: str, cwd: Path, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -18,6 +20,6 @@ def run_python(*arguments: str, cwd: Path, **environment: str) -> subprocess.Com
         env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE,
         check=False,
     )

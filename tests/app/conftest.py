@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from PySide6.QtCore import QSettings, Qt
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QWidget
+from pytestqt.qtbot import QtBot
 from shiboken6 import isValid
 
 from app.look import Appearance
@@ -15,10 +17,33 @@ from app.window import Window
 from engine import Document, Mesh, save
 from tests.app.driving import bumpy_sphere, settled
 from tests.app.viewport_stage import Stage, torus
+from tests.program import PATIENCE
 
 # As the program does it: before the application is made.
 QApplication.setAttribute(Qt.ApplicationAttribute.AA_CompressHighFrequencyEvents, False)
 QApplication.setAttribute(Qt.ApplicationAttribute.AA_CompressTabletEvents, False)
+
+
+class PatientBot(QtBot):
+    """Waits for what happens, not for a time: however slow and busy the machine is."""
+
+    def waitUntil(self, callback: Callable[[], bool | None], *, timeout: float = PATIENCE) -> None:
+        """Wait until `callback()` holds, for so many seconds at the longest."""
+        super().waitUntil(callback, timeout=round(1000 * timeout))
+
+    def waitSignal(self, signal: Any) -> Any:
+        """Wait at the end of the block until the signal came."""
+        return super().waitSignal(signal, timeout=round(1000 * PATIENCE))
+
+    def waitExposed(self, widget: QWidget) -> Any:
+        """Wait at the end of the block until the widget is on the screen."""
+        return super().waitExposed(widget, timeout=round(1000 * PATIENCE))
+
+
+@pytest.fixture
+def qtbot(qapp, request: pytest.FixtureRequest) -> PatientBot:
+    """Hands on widgets, and their patience."""
+    return PatientBot(request)
 
 
 @pytest.fixture(autouse=True)
@@ -61,6 +86,7 @@ def make_window(qtbot, qapp) -> Iterator[MakeWindow]:
         with qtbot.waitExposed(window):
             window.show()
         window.activateWindow()
+        qtbot.waitUntil(window.isActiveWindow)
         qtbot.waitUntil(lambda: bool(window.viewport.render_window.GetReadyForRendering()))
         if mesh is not None:
             window.session.start(Document.open(mesh, "sphere.ply"))

@@ -23,7 +23,6 @@ def rest(window: Window, qtbot) -> None:
     """Wait until nothing is computed, apart from modes, and nothing moves."""
     qtbot.waitUntil(
         lambda: settled(window)() and not window.viewport.moving,
-        timeout=30_000,
     )
 
 
@@ -55,7 +54,7 @@ def curve(
 def modes(window: Window, qtbot) -> None:
     """Wait until all modes of the region are known."""
     known = lambda: window.session.decomposition  # noqa: E731
-    qtbot.waitUntil(lambda: known() is not None and known().complete, timeout=60_000)
+    qtbot.waitUntil(lambda: known() is not None and known().complete)
 
 
 def draw(window: Window, qtbot, *paths: F64, hand: Mouse | None = None) -> None:
@@ -69,7 +68,7 @@ def enter(window: Window, qtbot) -> None:
     """Take what is shown as a step."""
     steps = len(window.session.document.recipe.steps)
     qtbot.keyClick(window.viewport, Qt.Key.Key_Return)
-    qtbot.waitUntil(lambda: len(window.session.document.recipe.steps) == steps + 1, timeout=30_000)
+    qtbot.waitUntil(lambda: len(window.session.document.recipe.steps) == steps + 1)
     rest(window, qtbot)
 
 

@@ -25,6 +25,7 @@ from PySide6.QtWidgets import (
 
 from app.window import Window
 from engine import Mesh
+from tests.program import PATIENCE
 
 NONE = Qt.KeyboardModifier.NoModifier
 LEFT = Qt.MouseButton.LeftButton
@@ -146,9 +147,9 @@ class Pen(Mouse):
         return QTabletEvent(kind, self.device, *places, force, *upright, modifiers, *buttons)
 
 
-def soon(done: Callable[[], bool], seconds: float = 5.0) -> bool:
-    """Let the window work until `done()` holds; return whether it does in time."""
-    end = time.monotonic() + seconds
+def soon(done: Callable[[], bool]) -> bool:
+    """Let the window work until `done()` holds; return whether it ever does."""
+    end = time.monotonic() + PATIENCE
     while not done() and time.monotonic() < end:
         QTest.qWait(5)
     return done()

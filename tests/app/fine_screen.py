@@ -49,11 +49,11 @@ def main() -> int:
     window = Window(appearance)
     window.resize(800, 600)
     window.show()
-    assert soon(lambda: bool(window.viewport.render_window.GetReadyForRendering()), 30)
+    assert soon(lambda: bool(window.viewport.render_window.GetReadyForRendering()))
     window.session.start(Document.open(bumpy_sphere(1500), "sphere.ply"))
-    assert soon(settled(window), 30)
+    assert soon(settled(window))
     Mouse().stroke(window, circle(window.viewport, 0, 0, 0.2))
-    assert soon(lambda: settled(window)() and not window.viewport.moving, 30)
+    assert soon(lambda: settled(window)() and not window.viewport.moving)
     assert window.session.document.draft.roi is not None
     for line in (*blurred(window, scale), *cut(window)):
         print(line)

@@ -49,8 +49,8 @@ def test_everything_is_there_again_after_saving_and_opening(
     window = safe()
     session = window.session
     press(window.viewport, Qt.Key.Key_O, CONTROL)
-    qtbot.waitUntil(lambda: session.document is not None, timeout=30_000)
-    qtbot.waitUntil(lambda: 0 in window.steps.pictures(), timeout=30_000)
+    qtbot.waitUntil(lambda: session.document is not None)
+    qtbot.waitUntil(lambda: 0 in window.steps.pictures())
     step(window, qtbot, -0.4)
     name(window, qtbot, "Full", by_key=False)
     click_row(window, qtbot, "Opened")
@@ -66,11 +66,11 @@ def test_everything_is_there_again_after_saving_and_opening(
     through_menus(window, "File", "One unit is", "A centimetre")
     assert " cm" in window.status.figures
     press(window.viewport, Qt.Key.Key_7)
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     qtbot.waitUntil(lambda: not window.viewport.moving)
     assert window.isWindowModified()
     press(window.viewport, Qt.Key.Key_S, CONTROL)
-    qtbot.waitUntil(lambda: not window.isWindowModified(), timeout=30_000)
+    qtbot.waitUntil(lambda: not window.isWindowModified())
     assert window.windowTitle().startswith("form.eigenform")
 
     kept = session.history.state()
@@ -81,8 +81,8 @@ def test_everything_is_there_again_after_saving_and_opening(
 
     again = safe()
     through_menus(again, "File", "Open recent", "form.eigenform")
-    qtbot.waitUntil(lambda: again.session.document is not None, timeout=30_000)
-    qtbot.waitUntil(settled(again), timeout=30_000)
+    qtbot.waitUntil(lambda: again.session.document is not None)
+    qtbot.waitUntil(settled(again))
     qtbot.waitUntil(lambda: not again.viewport.moving)
     document = again.session.document
     assert (document.original.vertices == before.original.vertices).all()
@@ -112,7 +112,7 @@ def test_everything_is_there_again_after_saving_and_opening(
     title = f"Belly, {len(document.regions['Belly']):,} vertices"
     through_menus(again, "Region", "Kept regions", title, "Choose")
     assert (again.session.document.draft.roi == before.regions["Belly"]).all()
-    qtbot.waitUntil(settled(again), timeout=30_000)
+    qtbot.waitUntil(settled(again))
 
 
 def test_restoring_says_when_there_is_nothing_and_is_quiet_when_there_is(
@@ -122,22 +122,22 @@ def test_restoring_says_when_there_is_nothing_and_is_quiet_when_there_is(
     with qtbot.waitSignal(window.safety.looked):
         pass
     window.files.open(sphere_file)
-    qtbot.waitUntil(lambda: window.session.document is not None, timeout=30_000)
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(lambda: window.session.document is not None)
+    qtbot.waitUntil(settled(window))
     with qtbot.waitSignal(window.safety.looked):
         through_menus(window, "File", "Restore unsaved work")
     assert window.hint.text == "There is no unsaved work to restore"
     step(window, qtbot, 0.3)
     window.files.open(sphere_file)
-    qtbot.waitUntil(lambda: "are kept" in window.hint.text, timeout=30_000)
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(lambda: "are kept" in window.hint.text)
+    qtbot.waitUntil(settled(window))
     with qtbot.waitSignal(window.safety.looked):
         through_menus(window, "File", "Restore unsaved work")
     assert "Looking" not in window.hint.text, "the bar says it all"
     bar = window.safety.bar
     assert bar.isVisible()
     qtbot.mouseClick(bar.buttons["Restore"], Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(lambda: bool(window.session.document.recipe.steps), timeout=30_000)
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(lambda: bool(window.session.document.recipe.steps))
+    qtbot.waitUntil(settled(window))
     Mouse().stroke(window, circle(window.viewport, 0, 0, 0.15))
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))

@@ -31,26 +31,26 @@ def test_paint_a_region_take_a_handle_and_make_it_symmetric(window, qtbot, artef
     painted = session.document.draft.roi
     assert len(painted) > 200
     assert host.active.id == "brush", "it stays in hand"
-    qtbot.waitUntil(settled(window), timeout=20_000)
+    qtbot.waitUntil(settled(window))
     Pen(eraser=True).stroke(window, bow(view, (0.32, -0.2), (0.36, 0.1)))
     rubbed = session.document.draft.roi
     assert set(rubbed) < set(painted)
-    qtbot.waitUntil(settled(window), timeout=20_000)
+    qtbot.waitUntil(settled(window))
 
     # Take a handle and drag it to the right: the form follows while the hand moves.
     qtbot.keyClick(view, Qt.Key.Key_L)
     Mouse().stroke(window, circle(view, 0.15, 0.0, 0.26))
-    qtbot.waitUntil(settled(window), timeout=20_000)
+    qtbot.waitUntil(settled(window))
     qtbot.keyClick(view, Qt.Key.Key_H)
     assert host.active.id == "handle"
     way = bow(view, (0.15, 0.0), (0.32, -0.12))
     Mouse().stroke(window, way, release=False)
     qtbot.waitUntil(lambda: session.shown is not None and moved(session.shown, first) > 2.0)
-    qtbot.waitUntil(lambda: not session.jobs.busy("solve"), timeout=20_000)
+    qtbot.waitUntil(lambda: not session.jobs.busy("solve"))
     picture(window, artefacts, "2 handle held")
     Mouse().send(view, "release", way[-1], NO_KEYS)
-    qtbot.waitUntil(lambda: len(session.document.recipe.steps) == 1, timeout=20_000)
-    qtbot.waitUntil(settled(window), timeout=20_000)
+    qtbot.waitUntil(lambda: len(session.document.recipe.steps) == 1)
+    qtbot.waitUntil(settled(window))
     (handle,) = session.document.recipe.steps
     assert handle.kind == "handle"
     picture(window, artefacts, "3 handle let go")
@@ -60,10 +60,10 @@ def test_paint_a_region_take_a_handle_and_make_it_symmetric(window, qtbot, artef
     host.choose("symmetrise")
     options = type(host.toolbox.options_of("symmetrise"))(keep="right", plane="middle")
     host.toolbox.set_options("symmetrise", options)
-    qtbot.waitUntil(lambda: moved(session.shown, session.document.mesh) > 2.0, timeout=30_000)
+    qtbot.waitUntil(lambda: moved(session.shown, session.document.mesh) > 2.0)
     host.enter()
-    qtbot.waitUntil(lambda: len(session.document.recipe.steps) == 2, timeout=30_000)
-    qtbot.waitUntil(settled(window), timeout=20_000)
+    qtbot.waitUntil(lambda: len(session.document.recipe.steps) == 2)
+    qtbot.waitUntil(settled(window))
     picture(window, artefacts, "4 symmetric")
 
     recipe = Recipe.from_json(session.document.recipe.to_json(), kinds())

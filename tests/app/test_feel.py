@@ -48,7 +48,7 @@ def test_the_first_start_shows_the_vase_and_three_steps_that_go_as_they_are_done
 ) -> None:
     def first(window: Window) -> None:
         session, view, welcome = window.session, window.viewport, window.welcome
-        assert soon(lambda: session.document is not None and settled(window)(), 60)
+        assert soon(lambda: session.document is not None and settled(window)())
         assert session.document.name == "vase.ply"
         assert welcome.isVisible()
         assert view.overlay.inviting, "a dashed lasso invites"
@@ -57,19 +57,19 @@ def test_the_first_start_shows_the_vase_and_three_steps_that_go_as_they_are_done
         Mouse().stroke(window, circled(view, BELLY))
         assert not view.overlay.inviting
         assert welcome.reached == 1
-        assert soon(settled(window), 60)
+        assert soon(settled(window))
         Mouse().stroke(window, bow(view, UPPER, LOWER))
         assert welcome.reached == 2
         Mouse().stroke(window, bow(view, UPPER, LOWER, sag=-0.3))
-        assert soon(settled(window), 60)
+        assert soon(settled(window))
         press(view, Qt.Key.Key_Return)
-        assert soon(lambda: bool(session.document.recipe.steps), 60)
-        assert soon(settled(window), 60)
+        assert soon(lambda: bool(session.document.recipe.steps))
+        assert soon(settled(window))
         assert not welcome.isVisible()
         assert "on the right" in window.hint.text, "one line says where the steps are"
 
     def second(window: Window) -> None:
-        assert soon(lambda: window.session.document is not None, 60)
+        assert soon(lambda: window.session.document is not None)
         assert not window.welcome.isVisible(), "never again"
         assert not window.viewport.overlay.inviting
 
@@ -96,5 +96,5 @@ def test_every_point_of_a_pen_is_in_the_stroke_and_the_form_is_not_drawn_for_it(
     assert np.abs(drawn - path).max() < 0.01, "fractions of pixels are kept"
     assert view.renders - rendered <= 2, "of 500 points; what the window still had to draw may come"
     pen.send(view, "release", path[-1], NONE)
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     assert window.session.document.draft.roi is not None

@@ -13,9 +13,9 @@ from tests.app.driving import Mouse, circle, settled
 def test_enter_takes_a_number_and_then_applies(window: Window, qtbot) -> None:
     session = window.session
     Mouse().stroke(window, circle(window.viewport, 0, 0, 0.2))
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     window.toolhost.choose("smooth")
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     field = window.strip.findChild(QDoubleSpinBox, "option amount")
     field.setFocus()
     field.selectAll()
@@ -23,9 +23,9 @@ def test_enter_takes_a_number_and_then_applies(window: Window, qtbot) -> None:
     qtbot.keyClick(field, Qt.Key.Key_Return)
     assert window.toolbox.options_of("smooth").amount == 1.0
     assert not session.document.recipe.steps
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     qtbot.keyClick(field, Qt.Key.Key_Return)
-    qtbot.waitUntil(lambda: len(session.document.recipe.steps) == 1, timeout=30_000)
+    qtbot.waitUntil(lambda: len(session.document.recipe.steps) == 1)
     assert session.document.recipe.steps[0].amount == 1.0
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import count
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, Qt
@@ -31,6 +33,7 @@ PRESS, MOVE, RELEASE = (
     QEvent.Type.TabletRelease,
 )
 GESTURE = Qt.NativeGestureType
+HOURS = count(3_600_000, 3_600_000)  # ms: no test draws within the time of another
 
 
 @pytest.fixture(scope="module")
@@ -179,10 +182,10 @@ def test_scrolling_while_a_stroke_is_drawn_does_not_end_it(stage):
 
 
 def test_a_double_tap_of_the_pen_is_a_double_click(stage):
-    at = on_form(stage)
-    tap(stage, at, when=1000)
-    tap(stage, at + np.array([3, -2]), when=1200)
-    tap(stage, at, when=1400)
+    at, now = on_form(stage), next(HOURS)
+    tap(stage, at, when=now)
+    tap(stage, at + np.array([3, -2]), when=now + 200)
+    tap(stage, at, when=now + 400)
     doubles = [e.double for e in stage.events if e.kind == "press"]
     assert doubles == [False, True, False]
     assert all(e.pen for e in stage.events)
@@ -190,9 +193,9 @@ def test_a_double_tap_of_the_pen_is_a_double_click(stage):
 
 @pytest.mark.parametrize(("far", "later"), [((60, 0), 150), ((0, 0), 2000)])
 def test_two_taps_apart_in_place_or_time_are_two(stage, far, later):
-    at = on_form(stage)
-    tap(stage, at, when=5000)
-    tap(stage, at + far, when=5000 + later)
+    at, now = on_form(stage), next(HOURS)
+    tap(stage, at, when=now)
+    tap(stage, at + far, when=now + later)
     assert not any(e.double for e in stage.events)
 
 

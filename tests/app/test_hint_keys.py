@@ -62,7 +62,7 @@ def test_what_a_hint_offers_is_done_by_a_click(
     assert session.history.current_id == before, "nothing was drawn below the plate"
     window.toolhost.choose("target")
     click(window, hand, "edit.apply")
-    qtbot.waitUntil(lambda: len(session.document.recipe.steps) == 1, timeout=30_000)
+    qtbot.waitUntil(lambda: len(session.document.recipe.steps) == 1)
 
 
 @pytest.mark.window

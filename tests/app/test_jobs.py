@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
+from itertools import count
+from types import SimpleNamespace
 
 import pytest
 
+import app.jobs
 from app.jobs import Jobs
 from engine import EngineError, Run
+from tests.program import PATIENCE
 
 
 @pytest.fixture
@@ -55,12 +59,12 @@ def test_the_newest_wins_and_late_results_are_dropped(jobs: Jobs, qtbot) -> None
 
     def slow(run: Run) -> str:
         begun.set()
-        gate.wait(5)
+        gate.wait(PATIENCE)
         cancelled.append(run.cancelled)
         return "old"
 
     jobs.submit("a", slow, seen.done, seen.failed)
-    assert begun.wait(5)
+    assert begun.wait(PATIENCE)
     jobs.submit("a", lambda _run: "waiting", seen.done, seen.failed)
     jobs.submit("a", lambda _run: "new", seen.done, seen.failed)
     gate.set()
@@ -74,11 +78,11 @@ def test_an_overtakable_job_that_runs_is_still_seen(jobs: Jobs, qtbot) -> None:
 
     def slow(run: Run) -> str:
         begun.set()
-        gate.wait(5)
+        gate.wait(PATIENCE)
         return "first"
 
     jobs.submit("a", slow, seen.done, seen.failed, overtakable=True)
-    assert begun.wait(5)
+    assert begun.wait(PATIENCE)
     jobs.submit("a", lambda _run: "skipped", seen.done, seen.failed, overtakable=True)
     jobs.submit("a", lambda _run: "last", seen.done, seen.failed, overtakable=True)
     gate.set()
@@ -92,7 +96,7 @@ def test_a_stream_delivers_each_item_and_lets_others_in_between(jobs: Jobs, qtbo
 
     def stream(_run: Run) -> Iterator[int]:
         yield 0
-        gate.wait(5)
+        gate.wait(PATIENCE)
         yield from (1, 2)
 
     jobs.submit(
@@ -112,7 +116,7 @@ def test_urgent_work_is_done_inside_slow_work(jobs: Jobs, qtbot) -> None:
 
     def slow(run: Run) -> str:
         begun.set()
-        gate.wait(5)
+        gate.wait(PATIENCE)
         run.tick(0.5, "half")
         order.append("slow goes on")
         return "slow"
@@ -123,7 +127,7 @@ def test_urgent_work_is_done_inside_slow_work(jobs: Jobs, qtbot) -> None:
 
     seen = Seen()
     jobs.submit("slow", slow, seen.done, seen.failed, priority=5)
-    assert begun.wait(5)
+    assert begun.wait(PATIENCE)
     jobs.submit("u", urgent, seen.done, seen.failed, priority=0, urgent=True)
     gate.set()
     qtbot.waitUntil(lambda: not jobs.busy("slow"))
@@ -143,10 +147,10 @@ def test_a_cancelled_job_stops_at_its_next_tick_and_says_nothing(jobs: Jobs, qtb
             stopped.set()
 
     jobs.submit("a", work, seen.done, seen.failed)
-    assert begun.wait(5)
+    assert begun.wait(PATIENCE)
     with qtbot.waitSignal(jobs.idled):
         jobs.cancel("a")
-    assert stopped.wait(5)
+    assert stopped.wait(PATIENCE)
     jobs.submit("b", lambda _run: 1, seen.done, seen.failed)
     qtbot.waitUntil(lambda: seen.results == [1])
     assert seen.errors == []
@@ -173,9 +177,14 @@ def test_a_bug_is_logged_and_does_not_end_the_thread(jobs: Jobs, qtbot, caplog) 
     qtbot.waitUntil(lambda: seen.results == [2])
 
 
-def test_progress_is_told_at_most_twenty_times_a_second(jobs: Jobs, qtbot) -> None:
+def test_progress_is_told_at_most_twenty_times_a_second(
+    jobs: Jobs, qtbot, monkeypatch: pytest.MonkeyPatch
+) -> None:
     seen, told = Seen(), []
     jobs.progressed.connect(lambda *words: told.append(words))
+    milliseconds = count(1000)  # each asks for the time once
+    clock = SimpleNamespace(monotonic=lambda: 1e-3 * next(milliseconds))
+    monkeypatch.setattr(app.jobs, "time", clock)
 
     def work(run: Run) -> None:
         for i in range(2000):
@@ -183,5 +192,5 @@ def test_progress_is_told_at_most_twenty_times_a_second(jobs: Jobs, qtbot) -> No
 
     jobs.submit("a", work, seen.done, seen.failed)
     qtbot.waitUntil(lambda: len(seen.results) == 1)
-    assert 1 <= len(told) < 60
+    assert 30 <= len(told) <= 41, "in two seconds"
     assert told[0][0] == "a"

@@ -41,7 +41,7 @@ RAIL = ("navigate", "lasso", "brush", "source", "target", "pin")
 
 def region(window: Window, qtbot) -> None:
     Mouse().stroke(window, circle(window.viewport, 0, 0, 0.2))
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
 
 
 def test_rail_canvas_and_panels_stand_where_they_should(make_window, sphere, qtbot) -> None:
@@ -78,16 +78,16 @@ def test_the_hint_says_what_is_next_and_the_status_bar_how_it_stands(window: Win
     assert "Circle" in window.hint.text
     assert " mm" in window.status.figures
     Mouse().stroke(window, circle(view, 0, 0, 0.2))
-    qtbot.waitUntil(lambda: session.decomposition is not None, timeout=30_000)
+    qtbot.waitUntil(lambda: session.decomposition is not None)
     assert "draw a curve" in window.hint.text
     assert f"region {len(session.document.draft.roi):,}" in window.status.figures
     Mouse().stroke(window, bow(view, (-0.1, 0.0), (0.1, 0.0)))
     assert "where the curve should go" in window.hint.text
     Mouse().stroke(window, bow(view, (-0.1, 0.0), (0.1, 0.0), -0.3))
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     assert "Enter" in window.hint.text
     assert "target error" in window.status.figures
-    qtbot.waitUntil(lambda: " modes" in window.status.figures, timeout=30_000)
+    qtbot.waitUntil(lambda: " modes" in window.status.figures)
     hint = window.hint
     assert view.rect().contains(hint.geometry())
     ground = pixels(hint)[3:-3, hint.width() // 2 :]
@@ -100,12 +100,12 @@ def test_the_cross_in_the_status_bar_stops_the_modes(make_window, qtbot) -> None
     window = make_window(bumpy_sphere(9000))
     session, status = window.session, window.status
     Mouse().stroke(window, circle(window.viewport, 0, 0, 0.35))
-    qtbot.waitUntil(status._cross.isVisible, timeout=30_000)
-    qtbot.waitUntil(lambda: session.decomposition is not None, timeout=30_000)
+    qtbot.waitUntil(status._cross.isVisible)
+    qtbot.waitUntil(lambda: session.decomposition is not None)
     assert session.jobs.busy("decompose")
     qtbot.mouseClick(status._cross, LEFT)
     assert not session.jobs.busy("decompose")
-    qtbot.waitUntil(lambda: not status._bar.isVisible(), timeout=30_000)
+    qtbot.waitUntil(lambda: not status._bar.isVisible())
     assert not session.decomposition.complete
     assert session.document.draft.roi is not None, "the region stays"
 

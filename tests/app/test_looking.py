@@ -35,8 +35,8 @@ Image = NDArray[np.int64]
 
 
 def at_rest(window: Window, qtbot) -> None:
-    qtbot.waitUntil(settled(window), timeout=30_000)
-    qtbot.waitUntil(lambda: not window.viewport.moving, timeout=30_000)
+    qtbot.waitUntil(settled(window))
+    qtbot.waitUntil(lambda: not window.viewport.moving)
 
 
 def on_form(window: Window) -> Image:
@@ -78,7 +78,7 @@ def bulge(window: Window, qtbot) -> None:
     Mouse().stroke(window, bow(window.viewport, *ends, -0.4))
     at_rest(window, qtbot)
     press(window.viewport, Qt.Key.Key_Return)
-    qtbot.waitUntil(lambda: bool(window.session.document.recipe.steps), timeout=30_000)
+    qtbot.waitUntil(lambda: bool(window.session.document.recipe.steps))
     at_rest(window, qtbot)
 
 
@@ -250,7 +250,7 @@ def test_the_turntable_is_switched_on_and_a_hand_stops_it(window: Window, qtbot)
     at_rest(window, qtbot)
     before, azimuth = pixels(view), view.eye.azimuth
     through_menus(window, "View", "Turntable")
-    qtbot.waitUntil(lambda: abs(view.eye.azimuth - azimuth) > 0.1, timeout=20_000)
+    qtbot.waitUntil(lambda: abs(view.eye.azimuth - azimuth) > 0.1)
     assert np.abs(pixels(view) - before).max() > 30
     QTest.mousePress(view, MIDDLE, Qt.KeyboardModifier.NoModifier, view.rect().center())
     QTest.mouseRelease(view, MIDDLE, Qt.KeyboardModifier.NoModifier, view.rect().center())

@@ -53,7 +53,7 @@ def assert_usable(window: Window, qtbot) -> None:
     middle = np.array([window.viewport.width() / 2, window.viewport.height() / 2])
     t = np.linspace(0, 2 * np.pi, 30)[:, None]
     Mouse().stroke(window, middle + 90 * np.hstack([np.cos(t), np.sin(t)]))
-    qtbot.waitUntil(lambda: window.session.decomposition is not None, timeout=20_000)
+    qtbot.waitUntil(lambda: window.session.decomposition is not None)
 
 
 def test_a_bad_gesture_is_named_and_the_tool_switched_off(window: Window, bad: Bad) -> None:
@@ -76,7 +76,7 @@ def test_a_bad_step_leaves_the_document_as_it_was(window: Window, bad: Bad, qtbo
     for how in ("raises", "exits", "none", "not_a_number", "smuggled", "too_many"):
         window.toolbox.switch_on("bad")
         use(window, bad, f"step {how}")
-        qtbot.waitUntil(lambda: "bad" in window.toolbox.switched_off, timeout=10_000)
+        qtbot.waitUntil(lambda: "bad" in window.toolbox.switched_off)
         qtbot.waitUntil(settled(window))
         assert window.session.document is before, how
         assert "The tool “Bad” failed and was stopped (its step " in window.hint.text
@@ -91,7 +91,7 @@ def test_a_step_that_hangs_is_left_behind(
     monkeypatch.setattr(app.stepping, "HUNG", 0.3)
     before = window.session.document
     use(window, bad, f"step {how}")
-    qtbot.waitUntil(lambda: "bad" in window.toolbox.switched_off, timeout=10_000)
+    qtbot.waitUntil(lambda: "bad" in window.toolbox.switched_off)
     assert window.session.document is before
     assert "gave no sign of life" in window.hint.text
     assert not window.session.applying
@@ -110,7 +110,7 @@ def test_cancel_leaves_a_step_behind_that_does_not_listen(
     assert window.session.applying
     window.status.refresh()
     window.status.cancel()
-    qtbot.waitUntil(lambda: "left behind" in window.hint.text, timeout=10_000)
+    qtbot.waitUntil(lambda: "left behind" in window.hint.text)
     assert "The tool “Bad” did not stop when it was told to" in window.hint.text
     assert window.session.document is before
     assert "bad" not in window.toolbox.switched_off, "it may only have been slow"
@@ -125,10 +125,10 @@ def test_work_that_was_interrupted_begins_again(
     monkeypatch.setattr(app.stepping, "HUNG", 0.3)
     assert_usable(window, qtbot)
     use(window, bad, "step hangs")
-    qtbot.waitUntil(lambda: "bad" in window.toolbox.switched_off, timeout=15_000)
+    qtbot.waitUntil(lambda: "bad" in window.toolbox.switched_off)
     known = window.session.decomposition
     assert known is not None
-    qtbot.waitUntil(lambda: window.session.decomposition.complete, timeout=60_000)
+    qtbot.waitUntil(lambda: window.session.decomposition.complete)
 
 
 def test_a_gesture_that_loops_is_interrupted(window: Window, bad: Bad, qtbot, monkeypatch) -> None:

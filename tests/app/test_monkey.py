@@ -95,7 +95,7 @@ def test_cancelling_at_any_moment_leaves_a_usable_window(times: int, make_window
         late.clear()
     # The window works as if nothing had happened.
     session.start(Document.open(bumpy_sphere(), "sphere.ply"))
-    qtbot.waitUntil(settled(window), timeout=60_000)
+    qtbot.waitUntil(settled(window))
     edit(window, qtbot)
     assert len(session.document.recipe.steps) == 1
 
@@ -104,14 +104,14 @@ def edit(window: Window, qtbot) -> None:
     """One whole edit with the mouse."""
     mouse, view, session = Mouse(), window.viewport, window.session
     mouse.stroke(window, circle(view, 0, 0, 0.22))
-    qtbot.waitUntil(settled(window), timeout=60_000)
+    qtbot.waitUntil(settled(window))
     mouse.stroke(window, bow(view, (-0.12, 0.0), (0.12, 0.0)))
     mouse.stroke(window, bow(view, (-0.12, 0.0), (0.12, 0.0), -0.3))
-    qtbot.waitUntil(settled(window), timeout=60_000)
+    qtbot.waitUntil(settled(window))
     steps = len(session.document.recipe.steps)
     window.actions_table.trigger("edit.apply")
-    qtbot.waitUntil(lambda: len(session.document.recipe.steps) == steps + 1, timeout=60_000)
-    qtbot.waitUntil(settled(window), timeout=60_000)
+    qtbot.waitUntil(lambda: len(session.document.recipe.steps) == steps + 1)
+    qtbot.waitUntil(settled(window))
 
 
 # Megabytes a round may cost: measured 0.3 over many; over two of them chance weighs more.
@@ -127,13 +127,13 @@ def test_memory_is_flat_over_open_edit_and_undo(
     window: Window = make_window()
     sizes: list[float] = []
     for number in range(rounds + 2):
-        with qtbot.waitSignal(window.session.opened, timeout=60_000):
+        with qtbot.waitSignal(window.session.opened):
             window.files.open(sphere_file)
-        qtbot.waitUntil(settled(window), timeout=60_000)
+        qtbot.waitUntil(settled(window))
         edit(window, qtbot)
         while window.session.history.can_undo:
             window.session.undo()
-        qtbot.waitUntil(settled(window), timeout=60_000)
+        qtbot.waitUntil(settled(window))
         if number >= 1:
             sizes.append(memory_mb())
     growth = (sizes[-1] - sizes[0]) / (len(sizes) - 1)
@@ -185,9 +185,9 @@ def test_memory_is_flat_over_windows(
 def test_a_document_that_goes_on_beneath_a_gesture_ends_it(window: Window, qtbot) -> None:
     session, mouse, view = window.session, Mouse(), window.viewport
     mouse.stroke(window, circle(view, 0, 0, 0.22))
-    qtbot.waitUntil(settled(window), timeout=60_000)
+    qtbot.waitUntil(settled(window))
     session.undo()
-    qtbot.waitUntil(settled(window), timeout=60_000)
+    qtbot.waitUntil(settled(window))
     assert window.toolhost.active.id == "lasso"
     mouse.stroke(window, circle(view, 0, 0, 0.2), release=False)
     assert window.toolhost.in_gesture
@@ -209,7 +209,7 @@ def test_two_jobs_never_write_the_same_document(window: Window, qtbot) -> None:
     session.apply(step)
     session.apply(step)
     session.undo()
-    qtbot.waitUntil(settled(window), timeout=60_000)
+    qtbot.waitUntil(settled(window))
     QTimer.singleShot(200, lambda: None)
     pump(None, 250)
     assert all(len(m.document.recipe.steps) <= 1 for m in session.history.moments.values())

@@ -115,8 +115,8 @@ def test_the_headings_of_the_plugin_list_begin_where_its_lines_do(
     window: Window, qtbot, artefacts: Path
 ) -> None:
     listed = PluginList(window.toolhost, (), window)
-    listed.show()
-    qtbot.waitExposed(listed)
+    with qtbot.waitExposed(listed):
+        listed.show()
     listed.grab().save(str(artefacts / "plugins.png"))
     head, line = (one_label(listed, words) for words in ("Tools", "Lasso"))
     # The same word in both: where its ink begins is then the label's own doing.

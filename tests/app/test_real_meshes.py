@@ -28,22 +28,22 @@ def test_a_real_mesh_is_edited_and_replays_to_the_same_bits(
     window = make_window()
     session, view, hand = window.session, window.viewport, Mouse()
     window.files.open(path)
-    qtbot.waitUntil(lambda: session.document is not None, timeout=60_000)
+    qtbot.waitUntil(lambda: session.document is not None)
     first = session.document.mesh
     x, y = PLACES[name]
     hand.stroke(window, circle(view, x, y, 0.11))
-    qtbot.waitUntil(settled(window), timeout=60_000)
+    qtbot.waitUntil(settled(window))
     roi = session.document.draft.roi
     assert roi is not None, session.problems.sentence
     hand.stroke(window, bow(view, (x - 0.06, y), (x + 0.06, y)))
     assert session.document.draft.source is not None, session.problems.sentence
     hand.stroke(window, bow(view, (x - 0.06, y), (x + 0.06, y), -0.35))
-    qtbot.waitUntil(settled(window), timeout=60_000)
+    qtbot.waitUntil(settled(window))
     assert session.target_error < 0.5
     picture(window, artefacts, f"{path.stem} target")
     qtbot.keyClick(view, Qt.Key.Key_Return)
-    qtbot.waitUntil(lambda: len(session.document.recipe.steps) == 1, timeout=60_000)
-    qtbot.waitUntil(settled(window), timeout=60_000)
+    qtbot.waitUntil(lambda: len(session.document.recipe.steps) == 1)
+    qtbot.waitUntil(settled(window))
     picture(window, artefacts, f"{path.stem} applied")
     after = session.document.mesh
     assert after.faces is first.faces

@@ -105,7 +105,7 @@ def test_what_killed_saves_left_is_swept_at_the_next_start(
     safe_window, qtbot, sphere_file: Path
 ) -> None:
     window = safe_window()
-    with qtbot.waitSignal(window.session.opened, timeout=30_000):
+    with qtbot.waitSignal(window.session.opened):
         window.files.open(sphere_file)
     with beside(sphere_file, ".ply") as part:
         name = part.name
@@ -120,7 +120,7 @@ def test_what_killed_saves_left_is_swept_at_the_next_start(
 def test_opening_another_file_keeps_unsaved_work(safe_window, qtbot, sphere_file: Path) -> None:
     window = safe_window()
     work(window, qtbot)
-    with qtbot.waitSignal(window.session.opened, timeout=30_000):
+    with qtbot.waitSignal(window.session.opened):
         window.files.open(sphere_file)
     assert "Restore unsaved work" in window.hint.text
     assert window.safety.autosave.flush()

@@ -125,7 +125,7 @@ def test_a_picture_to_trace_is_faded_moved_and_removed(
 
 def test_v_flips_between_two_steps(window: Window, qtbot) -> None:
     Mouse().stroke(window, circle(window.viewport, 0, 0, 0.2))
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     later = window.session.history.current_id
     window.session.undo()
     first = window.session.history.current_id
@@ -145,7 +145,7 @@ def test_an_odd_size_suggests_another_unit(sphere: Mesh, size: float, unit: str 
 
 def test_the_unit_is_asked_for_when_the_size_is_odd(make_window, qtbot, sphere: Mesh) -> None:
     window = make_window(sphere.with_vertices(sphere.vertices / 1000))
-    assert window.plate.isVisible()
+    qtbot.waitUntil(window.plate.isVisible)
     assert "One unit is more likely a metre than a millimetre" in window.plate.text
     qtbot.mouseClick(window.plate.buttons["Metre"], Qt.MouseButton.LeftButton)
     assert window.session.document.unit == "m"
@@ -158,8 +158,8 @@ def test_a_file_that_takes_much_memory_is_asked_for(
     monkeypatch.setattr("engine.estimate", lambda _path: 3 * 2**30)
     document = window.session.document
     window.files.open(sphere_file)
-    qtbot.waitUntil(window.plate.isVisible, timeout=30_000)
+    qtbot.waitUntil(window.plate.isVisible)
     assert "3.0 GiB" in window.plate.text
     assert window.session.document is document
     qtbot.mouseClick(window.plate.buttons["Open"], Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(lambda: window.session.document is not document, timeout=30_000)
+    qtbot.waitUntil(lambda: window.session.document is not document)

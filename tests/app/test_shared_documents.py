@@ -120,11 +120,11 @@ def test_a_name_that_looks_like_markup_is_shown_as_it_is(
     def read() -> list[LinkText]:
         return [words for words in window.findChildren(LinkText) if MARKUP in words.text]
 
-    qtbot.waitUntil(lambda: bool(labels() or read()), timeout=30_000)
+    qtbot.waitUntil(lambda: bool(labels() or read()))
     for label in labels():
         assert label.textFormat() == Qt.TextFormat.PlainText, label.text()
     if content != "nothing":
-        qtbot.waitUntil(settled(window), timeout=30_000)
+        qtbot.waitUntil(settled(window))
         window.safety._ask()
         question = window.safety._question
         assert isinstance(question, QMessageBox)
@@ -176,7 +176,7 @@ def test_a_name_of_any_bytes_goes_through_the_window(
     folder.mkdir()
     path = folder / os.fsdecode(name + b".obj")
     save(sphere, path)
-    with qtbot.waitSignal(window.session.opened, timeout=30_000):
+    with qtbot.waitSignal(window.session.opened):
         window.files.open(path)
     session = window.session
     session.change(session.document.with_region("part", sphere.faces[0]), "Region")
@@ -186,13 +186,13 @@ def test_a_name_of_any_bytes_goes_through_the_window(
         window.documents.save_to(document)
     with qtbot.waitSignal(window.files.unpacked):
         window.files.open(document)
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     assert session.document.name == path.name
     told: list[str] = []
     session.noticed.connect(told.append)
     exported = folder / os.fsdecode(name + b".ply")
     window.files.export(exported)
-    qtbot.waitUntil(lambda: bool(told or session.problems.sentence), timeout=30_000)
+    qtbot.waitUntil(lambda: bool(told or session.problems.sentence))
     assert session.problems.sentence == ""
     assert told[-1].startswith("Exported to ")
     assert exported.is_file()

@@ -46,9 +46,7 @@ def test_the_side_to_keep_stays_and_the_other_becomes_its_image(
     for _ in range(2):
         choose(window, "keep", Qt.Key.Key_Down)  # after "Edited" and "Right" comes "Left"
     assert window.toolhost.context.options.keep == "left"
-    qtbot.waitUntil(
-        lambda: settled(window)() and session.shown.vertices is not dented.vertices, timeout=30_000
-    )
+    qtbot.waitUntil(lambda: settled(window)() and session.shown.vertices is not dented.vertices)
     picture(window, artefacts, "the left is kept")
     shown = session.shown.vertices
     left = dented.vertices[:, 0] < dented.bounds.mean(axis=0)[0] - 1

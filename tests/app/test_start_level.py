@@ -54,8 +54,8 @@ def test_an_end_begins_where_its_form_is_found_again(
     window = make_window(hourglass, "light")
     session = window.session
     choose_the_end(window, qtbot)
-    qtbot.waitUntil(lambda: session.document.draft.level > 0, timeout=30_000)
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(lambda: session.document.draft.level > 0)
+    qtbot.waitUntil(settled(window))
     picture(window, artefacts, "begins above its base")
     known = session.decomposition
     assert off_form(known.base, known.original, known.areas) > FAR
@@ -80,7 +80,7 @@ def test_nothing_moves_below_a_hand_that_draws(hourglass: Mesh, qtbot, drawing: 
     end = np.flatnonzero(hourglass.vertices[:, 2] > 0.0)
     session.choose_region(end, "Region")
     known = lambda: session.decomposition  # noqa: E731
-    qtbot.waitUntil(lambda: known() is not None and known().k > 64, timeout=30_000)
+    qtbot.waitUntil(lambda: known() is not None and known().k > 64)
     assert (session.document.draft.level == 0.0) == drawing
     session.close()
 

@@ -15,6 +15,7 @@ from app.window import Window
 from engine import Mesh
 from plugins.api import DataStep
 from tests.app.driving import picture, settled
+from tests.program import PATIENCE
 
 pytestmark = pytest.mark.window
 
@@ -58,7 +59,7 @@ def test_a_preview_that_takes_long_can_be_stopped(window: Window, qtbot, artefac
     assert status._bar.value() == 250
     picture(window, artefacts, "status-preview")
     qtbot.mouseClick(cross, Qt.MouseButton.LeftButton)
-    assert STOPPED.wait(10)
+    assert STOPPED.wait(PATIENCE)
     assert not cross.isVisible()
     assert session.document is before
     assert session.shown is shown
@@ -74,10 +75,13 @@ def test_a_preview_that_follows_the_hand_shows_no_bar(window: Window, qtbot) -> 
     session.preview(SlowStep(0))
     qtbot.waitUntil(status._cross.isVisible)
     session.preview(SlowStep(1))
-    with qtbot.waitSignal(session.shown_changed):
-        GATES[0].set()
-    assert not status._cross.isVisible(), "the form has just moved: nobody waits for it"
-    assert session.jobs.busy("solve")
+    seen: list[tuple[bool, bool]] = []
+    session.shown_changed.connect(
+        lambda: seen.append((status._cross.isVisible(), session.jobs.busy("solve")))
+    )
+    GATES[0].set()
+    qtbot.waitUntil(lambda: bool(seen))
+    assert seen[0] == (False, True), "the form has just moved: nobody waits for it"
     qtbot.waitUntil(status._cross.isVisible)
     GATES[1].set()
     qtbot.waitUntil(settled(window))

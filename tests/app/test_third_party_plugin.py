@@ -55,7 +55,7 @@ def nudge(window, qtbot, drag: tuple[float, float]) -> None:
     view = window.viewport
     middle = np.array([view.width() / 2, view.height() / 2])
     Mouse().stroke(window, [middle + np.array(drag) * t for t in np.linspace(0, 1, 12)])
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
 
 
 def test_it_edits_in_the_window_and_replays_to_the_same_bytes(
@@ -64,7 +64,7 @@ def test_it_edits_in_the_window_and_replays_to_the_same_bytes(
     window = make_window()
     session = window.session
     window.files.open(sphere_file)
-    qtbot.waitUntil(lambda: session.document is not None, timeout=30_000)
+    qtbot.waitUntil(lambda: session.document is not None)
     first = session.document
     assert [str(failure) for failure in window.failures] == [
         "The tool “absent” of eigenform-nudge was left out: "
@@ -93,9 +93,9 @@ def test_it_edits_in_the_window_and_replays_to_the_same_bytes(
 
     exported, recipe, again = (tmp_path / n for n in ("window.ply", "edit.json", "replay.ply"))
     window.files.export(exported)
-    qtbot.waitUntil(lambda: not session.writing.busy, timeout=30_000)
+    qtbot.waitUntil(lambda: not session.writing.busy)
     window.files.export_recipe(recipe)
-    qtbot.waitUntil(recipe.exists, timeout=30_000)
+    qtbot.waitUntil(recipe.exists)
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(plugin), str(ROOT)])}
     command = [sys.executable, "-m", "app", "replay", str(recipe), str(sphere_file), str(again)]
     done = subprocess.run(

@@ -22,15 +22,15 @@ def step(window: Window, qtbot, sag: float) -> int:
     session, view = window.session, window.viewport
     steps = len(session.document.recipe.steps)
     Mouse().stroke(window, circle(view, 0, 0, 0.2))
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     Mouse().stroke(window, bow(view, (-0.1, 0.0), (0.1, 0.0)))
     Mouse().stroke(window, bow(view, (-0.1, 0.0), (0.1, 0.0), sag))
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     press(view, Qt.Key.Key_Return)
-    qtbot.waitUntil(lambda: len(session.document.recipe.steps) == steps + 1, timeout=30_000)
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(lambda: len(session.document.recipe.steps) == steps + 1)
+    qtbot.waitUntil(settled(window))
     moment = session.history.current_id
-    qtbot.waitUntil(lambda: moment in window.steps.pictures(), timeout=30_000)
+    qtbot.waitUntil(lambda: moment in window.steps.pictures())
     return moment
 
 
@@ -45,7 +45,7 @@ def click_row(window: Window, qtbot, words: str) -> None:
     tree, item = window.steps.tree, row(window, words)
     tree.scrollToItem(item)
     qtbot.mouseClick(tree.viewport(), LEFT, pos=tree.visualItemRect(item).center())
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     assert window.steps.tree.currentItem().text(0) == words
 
 
@@ -119,7 +119,7 @@ def test_variants_from_the_first_branch_to_the_last_flip(
     picture(window, artefacts, "side by side")
 
     qtbot.mouseClick(button(window.compare.header, "Swap"), LEFT)
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     assert session.history.current_id == full
     assert window.compare.moment.id == slim
     qtbot.mouseClick(button(window.compare.header, "Close"), LEFT)
@@ -127,7 +127,7 @@ def test_variants_from_the_first_branch_to_the_last_flip(
 
     for wanted in (slim, full):
         press(window.viewport, Qt.Key.Key_V)
-        qtbot.waitUntil(settled(window), timeout=30_000)
+        qtbot.waitUntil(settled(window))
         assert session.history.current_id == wanted
         form = session.history.moments[wanted].document.mesh.vertices
         assert (window.viewport.vertices == form).all()

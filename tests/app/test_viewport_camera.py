@@ -54,9 +54,9 @@ def test_framing_brings_the_form_or_the_region_into_the_picture(stage, perspecti
 def test_a_flight_arrives_and_a_hand_interrupts_it(stage, qtbot):
     viewport = stage.viewport
     viewport.standard_view("right")
-    qtbot.waitUntil(lambda: abs(viewport.eye.azimuth - np.pi / 2) < 1e-12, timeout=5000)
+    qtbot.waitUntil(lambda: abs(viewport.eye.azimuth - np.pi / 2) < 1e-12)
     viewport.standard_view("top")
-    qtbot.waitUntil(lambda: viewport.eye.elevation > 0.05, timeout=5000)
+    qtbot.waitUntil(lambda: viewport.eye.elevation > 0.05)
     stage.mouse(QEvent.Type.MouseButtonPress, (100, 100), MIDDLE, MIDDLE)
     held = viewport.eye
     qtbot.wait(300)

@@ -24,7 +24,7 @@ def test_a_whole_edit_at_two_levels_equals_its_replay(
     window = make_window()
     session = window.session
     window.files.open(sphere_file)
-    qtbot.waitUntil(lambda: session.document is not None, timeout=30_000)
+    qtbot.waitUntil(lambda: session.document is not None)
     first = session.document
     assert window.hint.text == "Circle the part you want to reshape"
     picture(window, artefacts, f"{hand.name} 1 open")
@@ -46,10 +46,9 @@ def test_a_whole_edit_at_two_levels_equals_its_replay(
 
     qtbot.waitUntil(
         lambda: session.decomposition is not None and session.decomposition.reaches(0.4),
-        timeout=60_000,
     )
     window.level.slider.setValue(400)
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     assert session.decomposition.mode_count(0.4) > 0
     curve(window, qtbot, 0.3, hand=hand)
     enter(window, qtbot)
@@ -63,9 +62,9 @@ def test_a_whole_edit_at_two_levels_equals_its_replay(
 
     exported, recipe = tmp_path / "window.ply", tmp_path / "edit.json"
     window.files.export(exported)
-    qtbot.waitUntil(lambda: not session.writing.busy, timeout=30_000)
+    qtbot.waitUntil(lambda: not session.writing.busy)
     window.files.export_recipe(recipe)
-    qtbot.waitUntil(recipe.exists, timeout=30_000)
+    qtbot.waitUntil(recipe.exists)
     again = replay(Recipe.from_json(recipe.read_text("utf-8"), kinds()), load(sphere_file))
     save(again, tmp_path / "replay.ply")
     assert exported.read_bytes() == (tmp_path / "replay.ply").read_bytes()
@@ -73,7 +72,7 @@ def test_a_whole_edit_at_two_levels_equals_its_replay(
     while session.history.can_undo:
         qtbot.keyClick(window.viewport, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
     assert session.document is first
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     assert session.shown is first.mesh
     assert (window.viewport.vertices == first.mesh.vertices).all()
 
@@ -84,7 +83,7 @@ def test_modes_stream_in_while_the_slider_lives(window: Window, qtbot) -> None:
     session.decomposition_changed.connect(lambda: seen.append(session.decomposition.k))
     region(window, qtbot)
     assert seen[0] == 0, "the base comes first"
-    qtbot.waitUntil(lambda: session.decomposition.complete, timeout=60_000)
+    qtbot.waitUntil(lambda: session.decomposition.complete)
     assert seen == sorted(seen)
     window.level.slider.setValue(1000)
     assert (session.shown.vertices == session.document.mesh.vertices).all()
@@ -143,7 +142,7 @@ def test_the_target_can_be_dragged_and_drawn_again(window: Window, qtbot) -> Non
     mouse.stroke(window, bow(window.viewport, (-0.12, -0.1), (0.12, -0.1)))
     (again,) = session.document.draft.strokes
     assert again.target[:, 1].mean() < dragged.target[:, 1].mean() - 10
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     assert session.target_error < 0.5
 
 
@@ -155,7 +154,7 @@ def test_two_strokes_are_solved_together(window: Window, qtbot) -> None:
     assert window.toolhost.active.id == "source"
     mouse.stroke(window, bow(view, (-0.1, 0.1), (0.1, 0.1)))
     mouse.stroke(window, bow(view, (-0.1, 0.1), (0.1, 0.1), 0.3))
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     assert len(session.document.draft.strokes) == 2, session.problems.sentence
     assert session.target_error < 0.5
 
@@ -167,7 +166,7 @@ def test_an_error_is_one_sentence_and_the_document_stays(
     first = session.document
     window.toolbox.set_options("lasso", type(window.toolbox.options_of("lasso"))(through=True))
     mouse.stroke(window, circle(window.viewport, 0, 0, 0.49, n=90))
-    qtbot.waitUntil(lambda: bool(session.problems.sentence), timeout=30_000)
+    qtbot.waitUntil(lambda: bool(session.problems.sentence))
     assert session.document is first
     assert "nothing is left that holds it" in window.hint.text
     qtbot.keyClick(window.viewport, Qt.Key.Key_Escape)
@@ -207,7 +206,7 @@ def test_a_file_is_dropped_on_the_window(make_window, qtbot, sphere_file: Path) 
         Qt.KeyboardModifier.NoModifier,
     )
     window.dropEvent(event)
-    qtbot.waitUntil(lambda: window.session.document is not None, timeout=30_000)
+    qtbot.waitUntil(lambda: window.session.document is not None)
     assert window.windowTitle().startswith("sphere.ply")
     from app.recent import recent
 
@@ -221,6 +220,6 @@ def test_a_file_that_cannot_be_read_is_said_and_nothing_changes(
     broken = tmp_path / "broken.obj"
     broken.write_text("this is no mesh\n")
     window.files.open(broken)
-    qtbot.waitUntil(lambda: bool(window.session.problems.sentence), timeout=30_000)
+    qtbot.waitUntil(lambda: bool(window.session.problems.sentence))
     assert "broken.obj" in window.hint.text
     assert window.session.document is first

@@ -95,7 +95,7 @@ def test_a_mode_swings_at_a_click(window: Window, qtbot, artefacts: Path) -> Non
         heard.append(float((way * window.session.document.mesh.vertex_normals[roi]).sum()))
         return min(heard) < 0 < max(heard)
 
-    qtbot.waitUntil(both_ways, timeout=10_000)
+    qtbot.waitUntil(both_ways)
     qtbot.mouseClick(level.play, LEFT)
     still = view.vertices.copy()
     QApplication.processEvents()

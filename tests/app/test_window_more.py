@@ -45,7 +45,7 @@ def test_the_plane_of_symmetry_is_chosen(make_window, sphere, qtbot, artefacts: 
     picture(window, artefacts, "symmetry")
 
     window.actions_table.trigger("region.mirror.z")
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     assert window.symmetry.which == "z"
     assert box.currentData() == "z"
     choose(box, "off")
@@ -71,7 +71,7 @@ def test_form_and_detail_are_morphed_between_two_variants(
         qtbot.keyClick(bar.form, Qt.Key.Key_PageUp)
     assert bar.shares == (0.5, 0.0)
     qtbot.waitUntil(lambda: session.shown.vertices is not edited.mesh.vertices)
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     halfway = session.shown.vertices
     whole = np.abs(edited.mesh.vertices - sphere.vertices).max()
     assert 0.3 * whole < np.abs(halfway - sphere.vertices).max() < 0.7 * whole
@@ -80,15 +80,15 @@ def test_form_and_detail_are_morphed_between_two_variants(
     bar.modes.selectAll()
     qtbot.keyClicks(bar.modes, "60")
     qtbot.keyClick(bar.modes, Qt.Key.Key_Return)
-    qtbot.waitUntil(lambda: (session.shown.vertices != halfway).any(), timeout=30_000)
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(lambda: (session.shown.vertices != halfway).any())
+    qtbot.waitUntil(settled(window))
     halfway = session.shown.vertices
     picture(window, artefacts, "morph")
 
     keep = next(b for b in bar.findChildren(QPushButton) if b.text() == "Keep")
     qtbot.mouseClick(keep, Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(lambda: len(session.document.recipe.steps) == 2, timeout=30_000)
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(lambda: len(session.document.recipe.steps) == 2)
+    qtbot.waitUntil(settled(window))
     assert session.document.recipe.steps[-1].title == "Morph"
     assert session.document.recipe.steps[-1].modes == 60, "what counts as form is kept with it"
     assert (session.document.mesh.vertices == halfway).all()
@@ -96,7 +96,7 @@ def test_form_and_detail_are_morphed_between_two_variants(
 
     qtbot.keyClick(bar.form, Qt.Key.Key_End)
     qtbot.keyClick(bar.detail, Qt.Key.Key_End)
-    qtbot.waitUntil(lambda: (session.shown.vertices == sphere.vertices).all(), timeout=30_000)
+    qtbot.waitUntil(lambda: (session.shown.vertices == sphere.vertices).all())
     window.end_compare()
     assert (session.shown.vertices == halfway).all(), "closing takes the preview away"
 
@@ -120,18 +120,18 @@ def test_a_curve_is_put_aside_and_acts_again(make_window, sphere, qtbot, artefac
     assert (one != both).any()
 
     qtbot.mouseClick(button(window, "Put curve 2 aside"), Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     assert len(session.document.draft.strokes) == 2
     assert (session.shown.vertices == one).all(), "as if it had not been drawn"
     QCoreApplication.processEvents()
     picture(window, artefacts, "eye")
 
     qtbot.mouseClick(button(window, "Let curve 2 act again"), Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     assert (session.shown.vertices == both).all()
 
     qtbot.mouseClick(button(window, "Put curve 1 aside"), Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     enter(window, qtbot)
     assert len(session.document.recipe.steps[0].strokes) == 1
     assert [stroke.hidden for stroke in session.document.draft.strokes] == [True]
@@ -179,7 +179,7 @@ def test_a_stroke_along_the_outline_snaps_to_it(
     picture(window, artefacts, f"outline {how} {theme}")
 
     Mouse().stroke(window, path + np.array([25, 0]))
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     after = view.view().project(session.shown.vertices)
     assert after[:, 0].max() > seen[:, 0].max() + 10, "the outline bulges"
     assert session.document.draft.strokes[0].outline, "the outline meets the target"
@@ -219,7 +219,7 @@ def test_a_lasso_is_adjusted_before_it_is_taken(
     else:
         qtbot.mouseDClick(view, Qt.MouseButton.LeftButton, pos=QPoint(view.width() // 2, 300))
     assert not host.in_gesture
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     seen = view.view().project(sphere.vertices[session.document.draft.roi])
     assert seen[:, 0].max() > right[0] + 80, "what was pulled in is there"
     assert seen[:, 0].min() > path[:, 0].min() - 1, "the other side is as it was drawn"
@@ -236,7 +236,7 @@ def test_escape_drops_a_lasso_that_waits(window: Window, qtbot) -> None:
     Mouse().stroke(window, circle(window.viewport, 0, 0, 0.15))
     Mouse().stroke(window, circle(window.viewport, 0.2, 0.1, 0.08))
     qtbot.keyClick(window.viewport, Qt.Key.Key_Return)
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     seen = window.viewport.view().project(first.mesh.vertices[window.session.document.draft.roi])
     size = np.ptp(seen, axis=0) / window.viewport.height()
     assert (size < 0.17).all(), "the one drawn last counts"
@@ -246,7 +246,7 @@ def test_the_smallest_feature_is_slid(make_window, sphere, qtbot, artefacts: Pat
     window = make_window(sphere, "light")
     session, slider = window.session, window.level.feature_slider
     region(window, qtbot, radius=0.25)
-    qtbot.waitUntil(lambda: session.decomposition.complete, timeout=60_000)
+    qtbot.waitUntil(lambda: session.decomposition.complete)
     known = session.decomposition
     assert slider.value() == 0
     counts = [0]

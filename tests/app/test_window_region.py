@@ -125,7 +125,7 @@ def test_a_region_chosen_while_the_plane_is_looked_for_is_on_both_sides(
     qtbot.keyClick(view, Qt.Key.Key_Y)
     assert session.jobs.busy("symmetry")
     Mouse().stroke(window, circle(view, 0.14, 0.0, 0.1))
-    qtbot.waitUntil(lambda: not session.jobs.busy("symmetry"), timeout=30_000)
+    qtbot.waitUntil(lambda: not session.jobs.busy("symmetry"))
     rest(window, qtbot)
     draft = session.document.draft
     assert draft.options.mirror != ()
@@ -143,7 +143,7 @@ def test_the_handle_is_mirrored(window: Window, qtbot, artefacts: Path) -> None:
     qtbot.keyClick(view, Qt.Key.Key_H)
     typed(qtbot, option(window, "radius"), "24")
     draw(window, qtbot, bow(view, (0.13, 0.0), (0.19, -0.05)))
-    qtbot.waitUntil(lambda: len(session.document.recipe.steps) == 1, timeout=30_000)
+    qtbot.waitUntil(lambda: len(session.document.recipe.steps) == 1)
     rest(window, qtbot)
     way = session.document.mesh.vertices - before
     side = before[:, 0] - before.mean(axis=0)[0]

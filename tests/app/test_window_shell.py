@@ -23,17 +23,17 @@ SHIFT = Qt.KeyboardModifier.ShiftModifier
 
 def lasso(window: Window, qtbot, radius: float = 0.2, **keys) -> None:
     Mouse().stroke(window, circle(window.viewport, 0, 0, radius), **keys)
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
 
 
 def sketch(window: Window, qtbot, sag: float = -0.4) -> None:
     view, steps = window.viewport, len(window.session.document.recipe.steps)
     Mouse().stroke(window, bow(view, (-0.1, 0.0), (0.1, 0.0)))
     Mouse().stroke(window, bow(view, (-0.1, 0.0), (0.1, 0.0), sag))
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     qtbot.keyClick(view, Qt.Key.Key_Return)
-    qtbot.waitUntil(lambda: len(window.session.document.recipe.steps) == steps + 1, timeout=30_000)
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(lambda: len(window.session.document.recipe.steps) == steps + 1)
+    qtbot.waitUntil(settled(window))
 
 
 def test_the_first_minute_is_ticked_off_and_never_comes_again(
@@ -78,7 +78,7 @@ def test_shift_adds_control_takes_and_the_eraser_end_takes(window: Window, qtbot
         qtbot.keyClick(view, Qt.Key.Key_L)
         hand.stroke(window, circle(view, 0.15, 0, 0.08), keys)
         assert set(session.document.draft.roi) < set(before) or hand.name == "pen"
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
 
 
 def test_the_brush_stays_in_hand_and_s_goes_on(window: Window, qtbot, artefacts: Path) -> None:
@@ -86,7 +86,7 @@ def test_the_brush_stays_in_hand_and_s_goes_on(window: Window, qtbot, artefacts:
     qtbot.keyClick(view, Qt.Key.Key_P)
     for y in (0.0, 0.06):
         Mouse().stroke(window, bow(view, (-0.15, y), (0.15, y)))
-        qtbot.waitUntil(settled(window), timeout=30_000)
+        qtbot.waitUntil(settled(window))
         assert window.toolhost.active.id == "brush"
     picture(window, artefacts, "brush")
     qtbot.keyClick(view, Qt.Key.Key_S)
@@ -110,13 +110,13 @@ def test_regions_grow_shrink_invert_and_are_kept(window: Window, qtbot) -> None:
     assert len(session.document.draft.roi) == session.document.mesh.n - len(kept)
     session.choose_region(kept, "Belly")
     assert (session.document.draft.roi == kept).all()
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
 
 
 def test_a_symmetric_region_is_on_both_sides(window: Window, qtbot) -> None:
     session = window.session
     window.actions_table.trigger("region.symmetry")
-    qtbot.waitUntil(lambda: bool(session.document.draft.options.mirror), timeout=30_000)
+    qtbot.waitUntil(lambda: bool(session.document.draft.options.mirror))
     plane = np.array(session.document.draft.options.mirror)
     lasso(window, qtbot, 0.12)
     x = session.document.mesh.vertices[session.document.draft.roi]
@@ -149,7 +149,7 @@ def test_variants_are_a_tree_with_thumbnails_and_names(
     picture(window, artefacts, "variants")
     session.go(first)
     assert session.document.mesh is before
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
 
 
 def test_a_chain_of_steps_does_not_indent(sphere: Mesh) -> None:
@@ -227,7 +227,7 @@ def test_both_themes_show_every_state(
 def test_a_smallest_feature_typed_sets_the_level(window: Window, qtbot) -> None:
     lasso(window, qtbot)
     session = window.session
-    qtbot.waitUntil(lambda: session.decomposition.complete, timeout=60_000)
+    qtbot.waitUntil(lambda: session.decomposition.complete)
     field = window.level.feature
     field.setFocus()
     field.lineEdit().selectAll()
@@ -268,7 +268,7 @@ def test_two_variants_are_seen_side_by_side_from_one_place(
     assert other.eye.azimuth == pytest.approx(window.viewport.eye.azimuth)
     picture(window, artefacts, "compare")
     window.compare.swap()
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     assert session.history.current_id == 0
     assert window.compare.moment.id == now
     window.end_compare()
@@ -279,7 +279,7 @@ def test_two_variants_are_seen_side_by_side_from_one_place(
 def test_modes_are_seen_on_the_form_and_swing(window: Window, qtbot, artefacts: Path) -> None:
     lasso(window, qtbot)
     session, level = window.session, window.level
-    qtbot.waitUntil(lambda: session.decomposition.k >= 5, timeout=60_000)
+    qtbot.waitUntil(lambda: session.decomposition.k >= 5)
     level.modes_button.setChecked(True)
     level.mode.setValue(5)
     assert window.modes.mode == 5
@@ -295,7 +295,7 @@ def test_modes_are_seen_on_the_form_and_swing(window: Window, qtbot, artefacts: 
     picture(window, artefacts, "mode")
     level.slider.setValue(100)
     assert window.modes.mode is None, "anything else ends it"
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     assert (window.viewport.vertices == session.shown.vertices).all()
 
 
@@ -304,18 +304,18 @@ def test_a_tool_set_by_options_is_previewed_and_applied(window: Window, qtbot) -
     lasso(window, qtbot)
     before = session.document
     window.toolhost.choose("smooth")
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     assert session.document is before
     assert (session.shown.vertices != before.mesh.vertices).any()
     qtbot.keyClick(window.viewport, Qt.Key.Key_Return)
-    qtbot.waitUntil(lambda: len(session.document.recipe.steps) == 1, timeout=30_000)
+    qtbot.waitUntil(lambda: len(session.document.recipe.steps) == 1)
     assert session.document.recipe.steps[0].kind == "smooth"
 
 
 def test_cancelling_the_modes_leaves_a_usable_window(window: Window, qtbot) -> None:
     session = window.session
     Mouse().stroke(window, circle(window.viewport, 0, 0, 0.2))
-    qtbot.waitUntil(lambda: session.decomposition is not None, timeout=30_000)
+    qtbot.waitUntil(lambda: session.decomposition is not None)
     session.cancel("decompose")
     assert not session.jobs.busy("decompose")
     assert session.document.draft.roi is not None
@@ -339,12 +339,12 @@ def test_options_of_the_edit_change_the_form_at_once(window: Window, qtbot) -> N
     lasso(window, qtbot)
     Mouse().stroke(window, bow(view, (-0.1, 0.0), (0.1, 0.0)))
     Mouse().stroke(window, bow(view, (-0.1, 0.0), (0.1, 0.0), -0.4))
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     rest, full = session.document.mesh.vertices, session.shown.vertices
     moments = len(session.history.moments)
     for amount in (80, 50):
         window.edit.amount.setValue(amount)
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     half = session.shown.vertices
     anchors = session.document.draft.strokes[0].anchors
     base = rest.copy()
@@ -371,7 +371,7 @@ def test_obj_files_stand_along_y_and_u_turns_them(
     window = make_window()
     assert window.up_axis == "z"
     window.files.open(tmp_path / "form.obj")
-    qtbot.waitUntil(lambda: window.session.document is not None, timeout=30_000)
+    qtbot.waitUntil(lambda: window.session.document is not None)
     assert window.up_axis == "y"
     qtbot.keyClick(window.viewport, Qt.Key.Key_U)
     assert window.up_axis == "z"
@@ -399,14 +399,14 @@ def test_a_repaired_file_says_so_and_can_be_taken_as_it_is(
     doubled.write_text("\n".join(lines) + "\n")
     window = make_window()
     window.files.open(doubled)
-    qtbot.waitUntil(lambda: window.session.document is not None, timeout=30_000)
+    qtbot.waitUntil(lambda: window.session.document is not None)
     assert len(window.session.document.mesh.faces) == len(sphere.faces)
-    assert window.plate.isVisible()
+    qtbot.waitUntil(window.plate.isVisible)
     assert "doubled.obj" in window.plate.text
     # It was read once: nobody asks the file again.
     doubled.unlink()
     qtbot.mouseClick(window.plate.buttons["Open without repairs"], Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(lambda: len(window.session.document.mesh.faces) == len(faces), timeout=30_000)
+    qtbot.waitUntil(lambda: len(window.session.document.mesh.faces) == len(faces))
 
 
 def test_what_may_be_missing_is_told_on_opening(
@@ -421,6 +421,6 @@ def test_what_may_be_missing_is_told_on_opening(
     cut.write_text("\n".join(lines) + "\n")
     window = make_window()
     window.files.open(cut)
-    qtbot.waitUntil(lambda: window.session.document is not None, timeout=30_000)
-    assert window.plate.isVisible()
+    qtbot.waitUntil(lambda: window.session.document is not None)
+    qtbot.waitUntil(window.plate.isVisible)
     assert "may be cut off" in window.plate.text

@@ -43,8 +43,8 @@ def test_neither_another_file_nor_an_opening_pushes_an_export_aside(
         window.documents.save_to(path)
     window.files.open(sphere_file)
     release.set()
-    qtbot.waitUntil(settled(window), timeout=30_000)
-    qtbot.waitUntil(lambda: not window.session.writing.busy, timeout=30_000)
+    qtbot.waitUntil(settled(window))
+    qtbot.waitUntil(lambda: not window.session.writing.busy)
     assert all(path.is_file() for path in paths)
     assert (load(paths[0]).vertices == sphere.vertices).all()
 
@@ -59,7 +59,7 @@ def test_the_window_closes_when_all_is_written(
     assert window.isVisible(), "it waits"
     assert "late.ply" in window.hint.text
     release.set()
-    qtbot.waitUntil(lambda: not isValid(window), timeout=30_000)
+    qtbot.waitUntil(lambda: not isValid(window))
     assert (load(path).vertices == sphere.vertices).all()
 
 
@@ -96,11 +96,11 @@ def test_the_cross_stops_it_and_says_so(
     path = tmp_path / "stopped.ply"
     window.files.export(path)
     cross = window.status._cross
-    qtbot.waitUntil(cross.isVisible, timeout=10_000)
+    qtbot.waitUntil(cross.isVisible)
     assert "Writing" in window.status._words.text()
     qtbot.mouseClick(cross, Qt.MouseButton.LeftButton)
     assert "stopped.ply" in window.hint.text
     release.set()
-    qtbot.waitUntil(settled(window), timeout=30_000)
+    qtbot.waitUntil(settled(window))
     assert not window.session.writing.busy
     assert not path.exists()

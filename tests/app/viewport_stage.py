@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QMainWindow
 
 from app.viewport import Viewport
 from engine import Mesh
+from tests.program import PATIENCE
 
 LEFT, MIDDLE, RIGHT = (
     Qt.MouseButton.LeftButton,
@@ -78,7 +79,7 @@ class Stage:
         self.window.setCentralWidget(self.viewport)
         self.window.resize(*size)
         self.window.show()
-        assert QTest.qWaitForWindowExposed(self.window, 10_000)
+        assert QTest.qWaitForWindowExposed(self.window, round(1000 * PATIENCE))
         self.wait(lambda: bool(self.viewport.render_window.GetReadyForRendering()))
         if mesh is not None:
             self.viewport.set_mesh(mesh)
@@ -100,12 +101,12 @@ class Stage:
         self.settle()
         self.events.clear()
 
-    def wait(self, met: Callable[[], bool], timeout: int = 10_000) -> None:
+    def wait(self, met: Callable[[], bool]) -> None:
         """Let Qt work until `met` is."""
         clock = QElapsedTimer()
         clock.start()
         while not met():
-            assert clock.elapsed() < timeout, "what was waited for did not come"
+            assert clock.elapsed() < 1000 * PATIENCE, "what was waited for did not come"
             QTest.qWait(5)
 
     def settle(self) -> None:

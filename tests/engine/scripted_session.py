@@ -15,7 +15,9 @@ from pathlib import Path
 import numpy as np
 
 from engine import Document, Draft, History, HistoryState, Stroke
+from engine import scribe as scribe_module
 from tests.engine.histories import Nudge, grid, view
+from tests.program import PATIENCE
 
 
 def states(seed: int) -> Iterator[HistoryState]:
@@ -50,9 +52,9 @@ def states(seed: int) -> Iterator[HistoryState]:
 
 
 def main(folder: Path, seed: int) -> None:
-    from engine.scribe import Scribe
-
-    scribe = Scribe(folder)
+    # However long this machine takes over a state: what a hand waits for is shown elsewhere.
+    scribe_module.PATIENCE = PATIENCE
+    scribe = scribe_module.Scribe(folder)
     dice = random.Random(-seed)
     for number, state in enumerate(states(seed)):
         if number == 0:

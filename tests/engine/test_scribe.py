@@ -57,7 +57,10 @@ def test_a_disk_that_hangs_is_waited_for_once(
     assert fingerprint(one(tmp_path).state) == fingerprint(begun.state())
 
 
-def test_a_state_is_handed_over_once_the_one_before_is_written(tmp_path: Path) -> None:
+def test_a_state_is_handed_over_once_the_one_before_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(scribe_module, "PATIENCE", 60.0)
     scribe = Scribe(tmp_path)
     before: HistoryState | None = None
     for number, state in enumerate(islice(states(6), 60)):

@@ -16,9 +16,10 @@ from PySide6.QtCore import QSettings
 from app.look import Appearance
 from app.start import application
 from app.window import Window
-from engine import Document, HistoryState
+from engine import Document, HistoryState, scribe
 from tests.app.driving import bumpy_sphere
 from tests.engine.histories import fingerprint
+from tests.program import PATIENCE
 from tests.soak.monkey import Monkey, pump
 
 
@@ -31,6 +32,8 @@ def main(folder: Path, seed: int) -> None:
     """Work without an end."""
     QSettings.setDefaultFormat(QSettings.Format.IniFormat)
     QSettings.setPath(QSettings.Format.IniFormat, QSettings.Scope.UserScope, str(folder / "s"))
+    # However long this machine takes over a state: what a hand waits for is shown elsewhere.
+    scribe.PATIENCE = PATIENCE
     window = Window(Appearance(application(), "dark"))
     window.keep_safe(folder)
     window.show()
