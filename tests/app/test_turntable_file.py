@@ -107,8 +107,8 @@ def test_a_turn_of_the_form_is_saved_as_a_moving_picture(
 def test_whoever_takes_hold_of_the_form_ends_the_turn(
     window: Window, qtbot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("app.turntable_file.FRAMES", 10**6)  # it does not end by itself
     window.turntable_file.save(tmp_path / "form.gif", (160, 120))
-    qtbot.waitUntil(lambda: window.viewport.renders > 0)
     press(window.viewport, Qt.Key.Key_Right)
     qtbot.waitUntil(lambda: not window.turntable_file.under_way)
     assert "not saved" in window.hint.text
