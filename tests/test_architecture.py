@@ -13,6 +13,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.program import PATIENCE
+
 ROOT = Path(__file__).resolve().parents[1]
 MAY_IMPORT = {
     "engine": {"engine"},
@@ -73,7 +75,7 @@ def test_loading_engine_and_tool_api_loads_no_qt_and_no_vtk() -> None:
         capture_output=True,
         text=True,
         cwd=ROOT,
-        timeout=60,
+        timeout=PATIENCE,
         check=False,
     )
     assert done.returncode == 0, done.stderr
@@ -110,7 +112,7 @@ def committed_text() -> Iterator[tuple[str, str]]:
         capture_output=True,
         text=True,
         cwd=ROOT,
-        timeout=30,
+        timeout=PATIENCE,
         check=False,
     )
     if listed.returncode != 0:

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests import comma_locale
+from tests.program import PATIENCE
 
 ROOT = Path(__file__).resolve().parents[1]
 NAME = "de_DE.UTF-8"
@@ -41,7 +42,7 @@ def test_what_reads_and_writes_numbers_passes_under_a_comma(comma: dict[str, str
         env={**environment, **comma, comma_locale.WANTED: NAME},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE,
         check=False,
     )
     assert done.returncode == 0, done.stdout[-4000:] + done.stderr[-2000:]

@@ -16,6 +16,7 @@ from app.__main__ import main
 from app.demo import RECIPES, demo, read_example
 from engine import open_file, replay
 from resources import SAMPLES, sample_path
+from tests.program import PATIENCE
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -85,7 +86,7 @@ def run(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]
     env = {k: v for k, v in os.environ.items() if k not in hidden} | environment
     return subprocess.run(
         [sys.executable, "-m", "app", *arguments],
-        capture_output=True, text=True, cwd=ROOT, env=env, timeout=60, check=False,
+        capture_output=True, text=True, cwd=ROOT, env=env, timeout=PATIENCE, check=False,
     )  # fmt: skip
 
 
@@ -119,7 +120,7 @@ def test_blas_threads_are_limited_before_numpy_is_loaded() -> None:
         text=True,
         cwd=ROOT,
         env=env,
-        timeout=30,
+        timeout=PATIENCE,
         check=False,
     )
     assert done.stdout.strip() == "1", done.stderr

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.program import PATIENCE
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -23,7 +25,7 @@ def test_the_projection_holds_and_the_window_is_whole_and_crisp(
         cwd=ROOT,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE,
         check=False,
     )
     assert told.returncode == 0, told.stderr[-2000:]

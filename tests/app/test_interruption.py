@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.program import PATIENCE
+
 ROOT = Path(__file__).resolve().parents[2]
 
 TOO_LATE = """
@@ -62,4 +64,4 @@ PROFILED = """
 def test_a_profiler_works_after_an_interruption(before: str) -> None:
     """Without care Python 3.11 never leaves the first call that is profiled."""
     program = textwrap.dedent(before) + textwrap.dedent(PROFILED)
-    subprocess.run([sys.executable, "-c", program], cwd=ROOT, check=True, timeout=60)
+    subprocess.run([sys.executable, "-c", program], cwd=ROOT, check=True, timeout=PATIENCE)

@@ -132,9 +132,10 @@ def test_work_that_was_interrupted_begins_again(
 
 
 def test_a_gesture_that_loops_is_interrupted(window: Window, bad: Bad, qtbot, monkeypatch) -> None:
-    monkeypatch.setattr(app.patience, "SECONDS", 0.5)
     before = window.session.document
-    use(window, bad, "loops")
+    with monkeypatch.context() as short:
+        short.setattr(app.patience, "SECONDS", 0.5)
+        use(window, bad, "loops")
     assert "did not come back within" in window.hint.text
     assert window.session.document is before
     assert "bad" in window.toolbox.switched_off
@@ -193,8 +194,9 @@ def test_a_tool_that_hangs_when_it_is_asked_is_interrupted(
     what: str, make_asking, qtbot, monkeypatch
 ) -> None:
     window = make_asking(what, "loops")
-    monkeypatch.setattr(app.patience, "SECONDS", 0.3)
-    ask(window)
+    with monkeypatch.context() as short:
+        short.setattr(app.patience, "SECONDS", 0.3)
+        ask(window)
     assert_left_out(window, "did not come back within")
     assert_usable(window, qtbot)
 

@@ -22,7 +22,7 @@ from tests.app.driving import Mouse, bow, bumpy_sphere, circle, settled
 from tests.soak.monkey import Monkey, memory_mb, pump
 
 WALKS = [
-    pytest.param(200, 1, 0.1, id="short"),
+    pytest.param(200, 1, None, id="short"),
     pytest.param(10_000, 2, 0.05, id="long", marks=[pytest.mark.soak, pytest.mark.timeout(7200)]),
 ]
 
@@ -31,7 +31,7 @@ WALKS = [
 def test_a_monkey_breaks_nothing(
     events: int,
     seed: int,
-    longest: float,
+    longest: float | None,
     make_window,
     sphere: Mesh,
     sphere_file: Path,
@@ -51,14 +51,13 @@ def test_a_monkey_breaks_nothing(
     window.safety.leave()
     assert walk.events >= events
     assert walk.back_at_the_start
-    # Processor time of single calls; twice the aim in the short walk, since tests share the cores.
-    assert walk.longest_stall < longest
+    # Processor time of single calls: judged where nothing else runs.
+    assert longest is None or walk.longest_stall < longest
 
 
-def decomposing(window: Window) -> None:
-    """Choose another large region, so that its modes are computed."""
+def decomposing(window: Window, low: float) -> None:
+    """Choose another large region, all above a height, so that its modes are computed."""
     session = window.session
-    low = random.Random(time.perf_counter_ns()).uniform(-20, 0)
     roi = np.flatnonzero(session.document.mesh.vertices[:, 2] > low)
     session.change(session.document.with_draft(Draft(roi, 0.5)), "Region")
 
@@ -73,7 +72,7 @@ def test_cancelling_at_any_moment_leaves_a_usable_window(times: int, make_window
         late.append(1)
 
     for _ in range(times):
-        decomposing(window)
+        decomposing(window, dice.uniform(-20, 0))
         limit = time.monotonic() + dice.uniform(0.0, 0.5)
         while time.monotonic() < limit:
             pump(None, 5)
@@ -114,33 +113,37 @@ def edit(window: Window, qtbot) -> None:
     qtbot.waitUntil(settled(window))
 
 
-# Megabytes a round may cost: measured 0.3 over many; over two of them chance weighs more.
-ROUNDS = [pytest.param(2, 2.0), pytest.param(40, 0.8, marks=pytest.mark.soak)]
+# Megabytes a round may cost: measured 0.3 over many; over two of them chance weighs more than all.
+ROUNDS = [pytest.param(2, None), pytest.param(40, 0.8, marks=pytest.mark.soak)]
 # Measured 0.6 for each window over many; one that stays costs 5 on a small form and more on others.
-WINDOWS = [pytest.param(2, 4.0), pytest.param(30, 1.5, marks=pytest.mark.soak)]
+WINDOWS = [pytest.param(2, None), pytest.param(30, 1.5, marks=pytest.mark.soak)]
 
 
 @pytest.mark.parametrize(("rounds", "most"), ROUNDS)
 def test_memory_is_flat_over_open_edit_and_undo(
-    rounds: int, most: float, make_window, qtbot, sphere_file: Path
+    rounds: int, most: float | None, make_window, qtbot, sphere_file: Path
 ) -> None:
     window: Window = make_window()
     sizes: list[float] = []
+    meshes: list[weakref.ref[Mesh]] = []
     for number in range(rounds + 2):
         with qtbot.waitSignal(window.session.opened):
             window.files.open(sphere_file)
         qtbot.waitUntil(settled(window))
         edit(window, qtbot)
+        meshes.append(weakref.ref(window.session.document.mesh))
         while window.session.history.can_undo:
             window.session.undo()
         qtbot.waitUntil(settled(window))
         if number >= 1:
             sizes.append(memory_mb())
+    gc.collect()
+    assert [one() for one in meshes[:-1]] == [None] * (len(meshes) - 1), "something keeps the mesh"
     growth = (sizes[-1] - sizes[0]) / (len(sizes) - 1)
     print(
         f"memory over {rounds} rounds: {sizes[0]:.0f} to {sizes[-1]:.0f} MB, {growth:.2f} a round"
     )
-    assert growth < most
+    assert most is None or growth < most
 
 
 def worked_in(window: Window, mesh: Mesh, qtbot) -> Window:
@@ -156,7 +159,7 @@ def worked_in(window: Window, mesh: Mesh, qtbot) -> Window:
 
 @pytest.mark.parametrize(("rounds", "most"), WINDOWS)
 def test_memory_is_flat_over_windows(
-    rounds: int, most: float, qapp, qtbot, sphere: Mesh, tmp_path: Path
+    rounds: int, most: float | None, qapp, qtbot, sphere: Mesh, tmp_path: Path
 ) -> None:
     sizes: list[float] = []
     appearance = Appearance(qapp, "dark")
@@ -179,7 +182,7 @@ def test_memory_is_flat_over_windows(
             sizes.append(memory_mb())
     growth = (sizes[-1] - sizes[0]) / (len(sizes) - 1)
     print(f"memory over {rounds} windows: {sizes[0]:.0f} to {sizes[-1]:.0f} MB, {growth:.2f} each")
-    assert growth < most
+    assert most is None or growth < most
 
 
 def test_a_document_that_goes_on_beneath_a_gesture_ends_it(window: Window, qtbot) -> None:

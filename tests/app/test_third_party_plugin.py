@@ -18,6 +18,7 @@ from engine import Recipe, UnknownStep
 from plugins import registry
 from plugins.registry import find_tools, kinds
 from tests.app.driving import Mouse, picture, settled
+from tests.program import PATIENCE
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -34,7 +35,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
         [*command, "--target", str(target), str(source)],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE,
     )
     assert done.returncode == 0, done.stderr
     return target
@@ -99,7 +100,7 @@ def test_it_edits_in_the_window_and_replays_to_the_same_bytes(
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(plugin), str(ROOT)])}
     command = [sys.executable, "-m", "app", "replay", str(recipe), str(sphere_file), str(again)]
     done = subprocess.run(
-        command, env=environment, capture_output=True, text=True, cwd=tmp_path, timeout=60
+        command, env=environment, capture_output=True, text=True, cwd=tmp_path, timeout=PATIENCE
     )
     assert done.returncode == 0, done.stderr
     assert exported.read_bytes() == again.read_bytes()

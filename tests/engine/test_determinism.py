@@ -20,6 +20,7 @@ from resources import sample_path
 from tests.engine.every_step import bumpy, every_step, sketches
 from tests.engine.replay_once import after_each_step
 from tests.engine.shapes import sphere
+from tests.program import PATIENCE
 
 ROOT = Path(__file__).resolve().parents[2]
 PROMISED = 1e-9  # of the diagonal
@@ -50,7 +51,7 @@ def elsewhere(recipe: Path, mesh: Path, out: Path, threads: int) -> dict[str, F6
         [sys.executable, "-m", "tests.engine.replay_once", str(recipe), str(mesh), str(out)],
         cwd=ROOT,
         check=True,
-        timeout=60,
+        timeout=PATIENCE,
         env={**os.environ, **dict.fromkeys(names, str(threads))},
     )
     with np.load(out) as found:

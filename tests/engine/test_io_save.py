@@ -23,7 +23,7 @@ from engine.files.place import write_file
 from engine.files.process import FileWorker, spawn, worker
 from engine.io import EXPORT_SUFFIXES, start_worker, sweep_strays
 from tests.engine.test_io_open import cancelled_at
-from tests.program import run_python
+from tests.program import PATIENCE, run_python
 from tests.soak.export_kills import run as kill_often
 from tests.soak.export_kills import sheet
 from tests.soak.plain_readers import read_plainly
@@ -148,12 +148,12 @@ def mounted(folder: Path, options: str) -> Iterator[Path]:
     if not IS_ROOT:
         pytest.skip("only root can mount a small disk")
     command = ["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(folder)]
-    if subprocess.run(command, capture_output=True, timeout=30, check=False).returncode:
+    if subprocess.run(command, capture_output=True, timeout=PATIENCE, check=False).returncode:
         pytest.skip("mounting is not allowed here")
     try:
         yield folder
     finally:
-        subprocess.run(["umount", "-l", str(folder)], timeout=30, check=True)
+        subprocess.run(["umount", "-l", str(folder)], timeout=PATIENCE, check=True)
 
 
 @pytest.mark.parametrize("suffix", EXPORT_SUFFIXES)
@@ -290,7 +290,7 @@ def test_strays_of_dead_programs_are_swept_and_those_of_the_living_stay(tmp_path
     )
     root = Path(__file__).resolve().parents[2]
     program = [sys.executable, "-c", code, str(tmp_path / "b.obj")]
-    subprocess.run(program, cwd=root, timeout=60, check=False)
+    subprocess.run(program, cwd=root, timeout=PATIENCE, check=False)
     (stray,) = tmp_path.glob(".eigenform-part-*")
     host = stray.name.split("-")[2]
     alive = tmp_path / f".eigenform-part-{host}-{os.getpid()}-00000000.obj"

@@ -13,6 +13,7 @@ import pytest
 from engine import FileError, Mesh, save
 from engine.files.importing import read_soup
 from engine.files.soup import Soup, settle
+from tests.program import PATIENCE
 from tests.soak.mutations import experimental_seeds, grid, sentence_fault
 
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
@@ -339,7 +340,9 @@ def test_what_meshlab_writes_opens_the_same(tmp_path: Path) -> None:
     # Under a comma locale that code would write commas.
     plain = {**os.environ, "LC_ALL": "C.UTF-8"}
     command = [sys.executable, "-c", code]
-    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, env=plain, timeout=60)
+    subprocess.run(
+        command, cwd=tmp_path, check=True, capture_output=True, env=plain, timeout=PATIENCE
+    )
     for name in ("out.dae", "out.x3d", "out.3ds"):
         v, f, _ = opened((tmp_path / name).read_bytes(), name)
         assert np.allclose(v[f], vertices[triangles], rtol=0, atol=2e-4), name

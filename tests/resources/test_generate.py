@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 
 from resources import SAMPLES, features, sample_path
 from resources.generate import generate
+from tests.program import PATIENCE
 
 Reader = Callable[[Path], tuple[np.ndarray, np.ndarray]]
 ROOT = Path(__file__).resolve().parents[2]
@@ -52,7 +53,7 @@ def test_a_wheel_carries_the_samples_and_finds_them(tmp_path: Path) -> None:
         ],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE,
     )
     if "No module named 'setuptools'" in built.stderr or "BackendUnavailable" in built.stderr:
         pytest.skip("the build back end is not installed here, so no wheel can be built")
@@ -71,7 +72,7 @@ def test_a_wheel_carries_the_samples_and_finds_them(tmp_path: Path) -> None:
         env={"PYTHONPATH": str(tmp_path / "site"), "PATH": "/usr/bin:/bin"},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE,
         check=True,
     ).stdout.split()
     assert Path(told[0]).is_relative_to(tmp_path / "site")

@@ -42,7 +42,7 @@ from tests.soak.plain_readers import read_plainly
 ROOT = Path(__file__).resolve().parents[2]
 SUFFIXES = (".obj", ".ply", ".stl", ".off", ".3mf", DOCUMENT_SUFFIX)
 MORTAL = "tests.soak.mortal_worker"
-PATIENCE = 30.0
+PATIENCE = 120.0
 """How long a process is waited for at the most, in seconds."""
 
 
@@ -275,7 +275,7 @@ def kill_program(target: Path, rng: random.Random) -> int:
 
 
 def _wait_for_end(pid: int) -> None:
-    deadline = time.monotonic() + 20.0
+    deadline = time.monotonic() + PATIENCE
     while time.monotonic() < deadline:
         try:
             os.kill(pid, 0)
