@@ -23,6 +23,16 @@ _ACROSS = {"vertical": (1.0, 0.0, 0.0), "diagonal": (0.5**0.5, 0.5**0.5, 0.0)}
 #: From far inside over nothing to far outside: blue and orange stay apart for everybody.
 DIVERGING = ("#1f4e9c", "#5b93cf", "#b9d3e8", "#f3f1ec", "#f3c59a", "#e08a45", "#a8441c")
 
+_LIGHT = "//VTK::Light::Impl"
+# VTK turns the normal of a triangle round that is seen from its back. Of a form with fewer faces
+# some triangles of an even surface are turned over: those it would light from behind, dark specks.
+# Only where the normal turns away from the eye as well it is the inside that one sees.
+_OUTSIDE = """
+  vec3 sightRay = cameraParallel == 1 ? vec3(0.0, 0.0, -1.0) : normalize(vertexVC.xyz);
+  if (gl_FrontFacing == false && dot(normalVCVSOutput, sightRay) > 0.0)
+    normalVCVSOutput = -normalVCVSOutput;
+"""
+
 # Stripes on the sphere of reflected directions, upright with the form's up axis. `fwidth` gives the
 # stripe's width on screen, so that its edge is smooth at any distance.
 _REFLECTED = """//VTK::Light::Impl
@@ -81,9 +91,9 @@ class Stripes:
 def set_stripes(shader: Any, display: Display, stripes: Stripes) -> None:
     """Let a vtkShaderProperty draw what `display` needs of stripes, or none."""
     shader.ClearAllFragmentShaderReplacements()
-    code, times = _STRIPES.get(display, ("", 0.0))
-    if code:
-        shader.AddFragmentShaderReplacement("//VTK::Light::Impl", True, code, False)
+    code, times = _STRIPES.get(display, (_LIGHT, 0.0))
+    shader.AddFragmentShaderReplacement(_LIGHT, True, _OUTSIDE + code, False)
+    if display in _STRIPES:
         uniforms = shader.GetFragmentCustomUniforms()
         uniforms.SetUniformf("stripeCount", float(round(times * stripes.count)))
 

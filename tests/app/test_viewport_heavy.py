@@ -7,6 +7,7 @@ import pytest
 from PySide6.QtCore import QEvent
 from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
+from scipy.ndimage import median_filter
 
 from app.viewport import moving
 from app.viewport.heavy import HEAVY_FACES, lightened, parts_of, prepare
@@ -45,6 +46,25 @@ def test_a_heavy_form_turns_as_a_lighter_one_and_rests_as_itself(heavy):
     assert not viewport.scene.surface.actor.GetVisibility()
     sight = viewport.sight()
     assert sight.ids.max() > len(light.faces)
+
+
+def test_no_speck_of_a_lighter_form_is_lit_from_behind(heavy):
+    viewport, round_form = heavy.viewport, sphere(200_000, 50.0)
+    viewport.set_mesh(round_form)
+    heavy.settle()
+    lighter = lightened(round_form.vertices, round_form.faces)
+    light = Mesh(round_form.vertices[lighter.ids], lighter.faces)
+    outward = light.vertices[light.faces].sum(axis=1)
+    assert ((light.face_normals * outward).sum(axis=1) < 0).any(), "some triangles are turned over"
+    for _ in range(4):
+        viewport.turn_by(0.3, 0.1)
+        viewport.repaint()
+        assert viewport.scene.standing_in
+        image = viewport.grabFramebuffer().convertToFormat(QImage.Format.Format_RGB32)
+        rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1, 4)
+        grey = rows[..., :3].astype(float).mean(axis=2)
+        middle = np.abs(grey - median_filter(grey, 5))[120:280, 120:280]
+        assert middle.max() < 25
 
 
 def test_a_heavy_form_drawn_in_pieces_is_the_form(heavy):
