@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from PySide6.QtCore import Qt
@@ -19,9 +21,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+import engine
 from app.look import DARK, LIGHT, Appearance
 from app.walk import parts
 from app.window import Window
+from engine import Decomposition, Run
 from tests.app.driving import (
     Mouse,
     bow,
@@ -94,9 +98,20 @@ def test_the_hint_says_what_is_next_and_the_status_bar_how_it_stands(window: Win
     assert ground.max() - ground.min() > 120, "words that stand out from their plate"
 
 
-def test_the_cross_in_the_status_bar_stops_the_modes(make_window, qtbot) -> None:
+def test_the_cross_in_the_status_bar_stops_the_modes(
+    make_window, qtbot, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from tests.app.driving import bumpy_sphere
 
+    real = engine.decompose_stream
+
+    def without_end(*given: Any, run: Run, **options: Any) -> Iterator[Decomposition]:
+        """Give the base, and then work on until it is stopped."""
+        yield next(real(*given, run=run, **options))
+        while True:
+            run.tick(0.5, "Modes")
+
+    monkeypatch.setattr(engine, "decompose_stream", without_end)
     window = make_window(bumpy_sphere(9000))
     session, status = window.session, window.status
     Mouse().stroke(window, circle(window.viewport, 0, 0, 0.35))
