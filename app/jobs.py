@@ -120,6 +120,7 @@ class Jobs(QObject):
         self._newest: dict[str, Job] = {}
         self._overtaken: list[Job] = []
         self._waiting: list[Job] = []
+        self._broken_off: list[Job] = []
         self._wake = threading.Condition()
         self._stopping = False
         self._delivered.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
@@ -202,6 +203,9 @@ class Jobs(QObject):
         job.run.cancel()
         if job in self._waiting:
             self._waiting.remove(job)
+            if job.stream is not None:
+                self._broken_off.append(job)
+                self._wake.notify()
 
     # ---- work that hangs
 
@@ -258,11 +262,18 @@ class Jobs(QObject):
     def _serve(self, worker: Worker) -> None:
         while True:
             with self._wake:
-                self._wake.wait_for(lambda: self._stopping or worker.left or self._waiting)
-                if self._stopping or worker.left:
+                self._wake.wait_for(
+                    lambda: self._stopping or worker.left or self._waiting or self._broken_off
+                )
+                if worker.left:
                     return
-                job = self._take()
-            if job is not None:
+                broken_off = self._broken_off.pop() if self._broken_off else None
+                if broken_off is None and self._stopping:
+                    return
+                job = self._take() if broken_off is None else None
+            if broken_off is not None:
+                self._close(broken_off, worker)
+            elif job is not None:
                 self._advance(job, worker)
 
     def _take(self, urgent_below: int | None = None) -> Job | None:
@@ -317,7 +328,24 @@ class Jobs(QObject):
             if not job.run.cancelled:
                 self._waiting.append(job)
             else:
-                job.stream.close()
+                self._broken_off.append(job)
+                self._wake.notify()
+
+    def _close(self, job: Job, worker: Worker) -> None:
+        """End a stream that nobody wants any more of: its own threads and factors go now.
+
+        A job and its run hold each other, so that the collector would come for them much later.
+        """
+        assert job.stream is not None
+        job.alive = time.monotonic()
+        worker.inside.append(job)
+        try:
+            job.stream.close()
+        except Exception:
+            log.exception("A job in the channel %s failed when it was broken off", job.channel)
+        finally:
+            worker.inside.remove(job)
+            job.stream = None
 
     def _ticked(self, job: Job, fraction: float, text: str) -> None:
         """Report progress and let urgent work in; called by the engine, often."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import threading
 from collections.abc import Iterator
 from itertools import count
@@ -194,3 +195,78 @@ def test_progress_is_told_at_most_twenty_times_a_second(
     qtbot.waitUntil(lambda: len(seen.results) == 1)
     assert 30 <= len(told) <= 41, "in two seconds"
     assert told[0][0] == "a"
+
+
+class Endless:
+    """A stream that says when it is ended, and in which thread."""
+
+    def __init__(self) -> None:
+        self.ended = threading.Event()
+        self.thread = 0
+
+    def work(self, _run: Run) -> Iterator[int]:
+        try:
+            yield from count()
+        finally:
+            self.thread = threading.get_ident()
+            self.ended.set()
+
+
+@pytest.fixture
+def no_collector() -> Iterator[None]:
+    """What happens, happens without the garbage collector."""
+    gc.disable()
+    yield
+    gc.enable()
+
+
+def test_a_stream_cancelled_between_two_items_is_ended_in_the_engine_thread(
+    jobs: Jobs, qtbot, no_collector: None
+) -> None:
+    seen, stream = Seen(), Endless()
+    gate, begun = threading.Event(), threading.Event()
+
+    def ahead(_run: Run) -> None:
+        begun.set()
+        gate.wait(PATIENCE)
+
+    jobs.submit("stream", stream.work, seen.done, seen.failed)
+    qtbot.waitUntil(lambda: bool(seen.results))
+    jobs.submit("ahead", ahead, seen.done, seen.failed, priority=1)
+    assert begun.wait(PATIENCE)
+    jobs.cancel("stream")
+    assert not stream.ended.is_set()
+    gate.set()
+    assert stream.ended.wait(PATIENCE)
+    assert stream.thread != threading.get_ident()
+    qtbot.waitUntil(lambda: not jobs.busy("ahead"))
+    assert not seen.errors
+
+
+def test_a_stream_is_ended_when_the_jobs_stop(qtbot, no_collector: None) -> None:
+    seen, stream, jobs = Seen(), Endless(), Jobs()
+    jobs.submit("stream", stream.work, seen.done, seen.failed)
+    qtbot.waitUntil(lambda: bool(seen.results))
+    jobs.stop()
+    assert stream.ended.is_set()
+    assert stream.thread != threading.get_ident()
+
+
+def test_a_stream_that_fails_when_it_is_ended_is_logged_and_work_goes_on(
+    jobs: Jobs, qtbot, caplog
+) -> None:
+    seen = Seen()
+
+    def sulky(_run: Run) -> Iterator[int]:
+        try:
+            yield from count()
+        finally:
+            raise ValueError("sulking")
+
+    jobs.submit("stream", sulky, seen.done, seen.failed)
+    qtbot.waitUntil(lambda: bool(seen.results))
+    jobs.cancel("stream")
+    jobs.submit("after", lambda _run: "after", seen.done, seen.failed)
+    qtbot.waitUntil(lambda: "after" in seen.results)
+    assert not seen.errors
+    qtbot.waitUntil(lambda: "sulking" in caplog.text)
