@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
+import numpy as np
 from PySide6.QtCore import QSettings
 
 from app.actions import Action, with_document, with_region
@@ -130,7 +131,7 @@ def _level(window: Window) -> list[Action]:
 
 
 def _tools(window: Window) -> list[Action]:
-    host = window.toolhost
+    host, keys = window.toolhost, window.key_hand
 
     def row(name: str) -> Action:
         tool = host.toolbox.tools[name]
@@ -150,8 +151,10 @@ def _tools(window: Window) -> list[Action]:
 
     return [
         *(row(name) for name in host.toolbox.tools),
+        Action("tools.keys", "Draw with the keys", keys.switch, ("K",), "", with_document,
+               "Tools", checked=lambda: keys.on, apart=True),
         Action("size.smaller", "Smaller circle", lambda: host.circle.step(-1), (",",), "", sized,
-               "Tools", repeats=True, apart=True),
+               "Tools", repeats=True),
         Action("size.larger", "Larger circle", lambda: host.circle.step(1), (".",), "", sized,
                "Tools", repeats=True),
     ]  # fmt: skip
@@ -173,6 +176,12 @@ def _region(window: Window) -> list[Action]:
         if document is not None and document.draft.roi is not None:
             roi = seen_through(document.mesh, document.draft.roi, window.viewport.view())
             session.choose_region(roi, "Region through the form", curves_stay=True)
+
+    def take_view() -> None:
+        view = window.viewport
+        corners = np.array([(0, 0), (view.width(), 0), (view.width(), view.height()),
+                            (0, view.height())], dtype=float)  # fmt: skip
+        session.choose_region(view.vertices_inside(corners), "Region in view")
 
     def keep() -> None:
         document = session.document
@@ -199,6 +208,8 @@ def _region(window: Window) -> list[Action]:
                (), "mdi6.vector-circle", with_region, menu),
         Action("region.through", "Take the back as well", take_through, ("Shift+L",),
                "mdi6.arrow-expand-horizontal", with_region, menu),
+        Action("region.view", "All that is in view", take_view, (), "mdi6.image-frame",
+               with_document, menu),
         Action("region.invert", "Invert", change(inverted, "Region inverted"), ("Ctrl+I",),
                "mdi6.invert-colors", with_region, menu),
         Action("region.symmetry", "Edit symmetrically",

@@ -11,13 +11,13 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields, replace
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 from PySide6.QtCore import QObject, Signal
 
 from app.patience import Patience
 from engine import Document, EngineError, Step
-from plugins.api import Tool
+from plugins.api import Role, Tool
 
 log = logging.getLogger(__name__)
 
@@ -96,6 +96,12 @@ class Toolbox(QObject):
         """Radius in px of the circle that a tool wants around the pointer, or None for none."""
         options = self._options[tool.id]
         return self._ask(tool, lambda: _radius(tool.circle(options)), None)
+
+    def draws(self, tool: Tool, document: Document) -> Role | None:
+        """Role of the curve that a tool would draw on a document, or None."""
+        roles = get_args(Role)
+        role = self._ask(tool, lambda: tool.draws(document), None)
+        return role if role in roles else None
 
     def _ask(self, tool: Tool, question: Callable[[], T], otherwise: T) -> T:
         if tool.id in self.reasons:

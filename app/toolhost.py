@@ -17,7 +17,7 @@ from app.session import Session
 from app.toolbox import Toolbox, ToolFailedError
 from app.toolcontext import ToolContext
 from engine import Cancelled, Document, EngineError, Step
-from plugins.api import Gesture, Pointer, Tool
+from plugins.api import Gesture, Pointer, Role, Tool
 
 
 class ToolHost(QObject):
@@ -100,6 +100,11 @@ class ToolHost(QObject):
         """What the active tool says about the document."""
         document, tool = self._session.document, self.active
         return "" if document is None or tool is None else self.toolbox.hint(tool, document)
+
+    def draws(self) -> Role | None:
+        """Role of the curve that the active tool would draw now; None where it takes hold."""
+        document, tool = self._session.document, self.active
+        return None if document is None or tool is None else self.toolbox.draws(tool, document)
 
     def _opened(self) -> None:
         self.cancel()

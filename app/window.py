@@ -20,6 +20,7 @@ from app.file_dialogs import FileDialogs
 from app.files import Files
 from app.held_key import HeldKey
 from app.hint import HintLine
+from app.key_hand import KeyHand
 from app.keys import Keys
 from app.look import Appearance, Theme
 from app.menus import Menus
@@ -72,6 +73,7 @@ class Window(QMainWindow):
         self.failures: tuple[Failure, ...] = found.failures
         self.toolbox = Toolbox(found.items, self)
         self.toolhost = ToolHost(self.session, self.viewport, self.toolbox, self)
+        self.key_hand = KeyHand(self.viewport, self.toolhost, self)
         self.stage = Stage(self.session, self.viewport, self)
         self.documents = Documents(self.session, self.files, self.viewport, self)
         self.safety: Safety | None = None
@@ -132,6 +134,7 @@ class Window(QMainWindow):
         session.told.connect(lambda text: self.hint.set_notice(text, done=False))
         session.busy_changed.connect(self._soon.start)
         host.tool_changed.connect(self._keep_up)
+        self.key_hand.changed.connect(self._keep_up)
         host.gesture_changed.connect(self.symmetry.settle)
         host.gesture_changed.connect(self._gesture_changed)
         host.context.said.connect(self.hint.set_said)
@@ -208,7 +211,8 @@ class Window(QMainWindow):
             return "Putting the details back…"
         if self.modes.mode is not None:
             return "This is one building block alone; the waves in the panel show the form again"
-        return self.toolhost.hint()
+        hint, keys = self.toolhost.hint(), self.key_hand.words()
+        return keys if keys and self.key_hand.down else ". ".join(filter(None, (hint, keys)))
 
     def _opened(self) -> None:
         document = self.session.document

@@ -280,6 +280,13 @@ class Tool:
         """Radius in px of a circle to show around the pointer, or None for none."""
         return None
 
+    def draws(self, document: Document) -> Role | None:
+        """Role of the curve that a gesture would draw now; None where it takes hold of something.
+
+        By keys a curve is drawn through points set one by one, and shown in that role meanwhile.
+        """
+        return None
+
     def gesture(self, context: Context, pointer: Pointer) -> Gesture:
         """Handle one press, its moves and its release."""
         raise NotImplementedError

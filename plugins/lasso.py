@@ -15,6 +15,7 @@ from plugins.api import (
     EngineError,
     Gesture,
     Pointer,
+    Role,
     Tool,
     option,
     tidy_stroke,
@@ -67,6 +68,10 @@ class Lasso(Tool):
         if document.draft.roi is None:
             return self.tip
         return "Circle a new region, or hold Shift to add and Ctrl to take away"
+
+    def draws(self, document: Document) -> Role | None:
+        """A curve around a part."""
+        return "region"
 
     def gesture(self, context: Context, pointer: Pointer) -> Gesture:
         """Follow the lasso and combine what it caught with the region."""

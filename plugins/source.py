@@ -17,6 +17,7 @@ from plugins.api import (
     EngineError,
     Gesture,
     Pointer,
+    Role,
     Source,
     Tool,
     option,
@@ -92,6 +93,10 @@ class SourceTool(Tool):
         if any(getattr(step, "roi", None) is draft.roi for step in document.recipe.steps):
             return "Draw another curve, change the level, or press {edit.back} to leave the region"
         return "Slide the level, then draw a curve on the coloured part"
+
+    def draws(self, document: Document) -> Role | None:
+        """A curve on the region."""
+        return "source"
 
     def gesture(self, context: Context, pointer: Pointer) -> Gesture:
         """Follow the curve and find its anchors."""

@@ -14,6 +14,7 @@ from plugins.api import (
     EngineError,
     Gesture,
     Pointer,
+    Role,
     Source,
     Stroke,
     Tool,
@@ -81,6 +82,10 @@ class TargetTool(Tool):
                 "{edit.apply} to apply"
             )
         return "Draw a source curve first: press {tool.source} and draw on the region"
+
+    def draws(self, document: Document) -> Role | None:
+        """The target of a waiting source; one that is there is taken hold of."""
+        return "target" if document.draft.source is not None else None
 
     def gesture(self, context: Context, pointer: Pointer) -> Gesture:
         """Draw the target of the waiting source, take hold of one, or draw the last one again."""

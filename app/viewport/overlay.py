@@ -18,6 +18,7 @@ from engine.view import View
 STROKE_WIDTH = 3.0
 _HALO = 2.0
 _REACH = 8
+_CROSS, _CROSS_GAP = 14, 5  # px from its middle to the ends of the cross that keys move
 LEGEND_WIDTH = 150
 LEGEND_ABOVE = 68
 
@@ -74,6 +75,8 @@ class Overlay(QWidget):
         self.paints = 0
         self._ink: Ink | None = None
         self._brush: tuple[float, float, float] | None = None
+        self._cross: tuple[float, float] | None = None
+        self._points: tuple[tuple[float, float], ...] = ()
         self._invitation: F64 | None = None
         self._curves: dict[str, SpaceCurve] = {}
         self._legend: Legend | None = None
@@ -116,6 +119,13 @@ class Overlay(QWidget):
             if each is not None:
                 x, y, r = each
                 self._update_around(np.array([[x - r, y - r], [x + r, y + r]]))
+
+    def set_cross(
+        self, at: tuple[float, float] | None, points: tuple[tuple[float, float], ...] = ()
+    ) -> None:
+        """Show the cross that keys move, and the points they have set; None takes both away."""
+        self._cross, self._points = at, points if at is not None else ()
+        self.update()
 
     def set_invitation(self, path: ArrayLike | None) -> None:
         """Show a faint dashed lasso (p, 2) that invites to draw there; the first stroke ends it."""
@@ -206,6 +216,8 @@ class Overlay(QWidget):
             self._paint_ink(painter, self._ink, event.rect())
         if self._brush is not None:
             self._paint_brush(painter, *self._brush)
+        if self._cross is not None:
+            self._paint_cross(painter, *self._cross)
         if self._legend is not None:
             self._paint_legend(painter, self._legend)
         painter.end()
@@ -280,6 +292,22 @@ class Overlay(QWidget):
         painter.drawEllipse(QPointF(x, y), radius, radius)
         painter.setPen(QPen(QColor("#f4f4f6"), 1.4))
         painter.drawEllipse(QPointF(x, y), radius, radius)
+
+    def _paint_cross(self, painter: QPainter, x: float, y: float) -> None:
+        halo = QColor(self.theme.halo)
+        halo.setAlpha(150)
+        for colour, width in ((halo, 4.0), (QColor("#f4f4f6"), 1.8)):
+            pen = QPen(colour, width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap)
+            painter.setPen(pen)
+            for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+                inner, outer = QPointF(dx, dy) * _CROSS_GAP, QPointF(dx, dy) * _CROSS
+                painter.drawLine(QPointF(x, y) + inner, QPointF(x, y) + outer)
+            painter.drawPoint(QPointF(x, y))
+        painter.setPen(QPen(halo, 1.5))
+        painter.setBrush(QColor("#f4f4f6"))
+        for point in self._points:
+            painter.drawEllipse(QPointF(*point), 4.0, 4.0)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
 
     def _paint_legend(self, painter: QPainter, legend: Legend) -> None:
         font = QFont(self.font())

@@ -81,6 +81,7 @@ SCENES: dict[str, Scene] = {
         files.files,
         ("files-report", "files-unit", "files-recent", "files-restore", "files-closing"),
     ),
+    "by-keys": Scene(commands.by_keys, ("keys-drawing",)),
     "commands": Scene(
         commands.commands, ("keys-palette", "keys-sheet", "keys-plugins", "looks-dark")
     ),
