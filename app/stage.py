@@ -49,7 +49,7 @@ class Stage(QObject):
         self._roi: object = None
         self._plane: tuple[float, ...] | None = None
         self._plane_pointed = False
-        self._ghost_of: Mesh | None = None
+        self._ghost_of: tuple[Mesh | None, I64 | None] = (None, None)
         self._clock = QTimer(self)
         self._clock.setInterval(FRAME_MS)
         self._clock.timeout.connect(self._frame)
@@ -114,7 +114,8 @@ class Stage(QObject):
     def _take_mesh(self, mesh: Mesh) -> None:
         """Note that the viewport has another mesh, and nothing on it."""
         self._mesh, self._apart = mesh, _NONE
-        self._roi = self._plane = self._ghost_of = None
+        self._roi = self._plane = None
+        self._ghost_of = (None, None)
 
     def _shown(self, flowing: bool) -> None:
         form, document = self._session.form, self._session.document
@@ -219,10 +220,13 @@ class Stage(QObject):
         lying = document.draft.roi is not None and not self._original and not self.base_alone
         lying = lying and not self._session.rests_on_details
         wanted = document.mesh if lying else None
-        if wanted is not self._ghost_of:
-            self._ghost_of = wanted
+        of = wanted, document.draft.roi if lying else None
+        if any(now is not before for now, before in zip(of, self._ghost_of, strict=True)):
+            self._ghost_of = of
             apart = self._apart if wanted is self._mesh else None
-            self._viewport.ghost(None if wanted is None else wanted.vertices, apart)
+            known = self._session.decomposition
+            plain = None if known is None else (known.roi, known.base)
+            self._viewport.ghost(None if wanted is None else wanted.vertices, apart, plain)
 
     def _mark(self, document: Document) -> None:
         """Show the region and the plane of the current document."""

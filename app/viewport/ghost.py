@@ -1,23 +1,29 @@
-"""The ghost: the original, as outlines over the form, wherever the form has left it."""
+"""The ghost: the original over the form, by its outlines and the slopes of its features."""
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from app.look import rgb
 from app.viewport.around import faces_about, renumbered
-from app.viewport.surface import Placement, Surface
+from app.viewport.surface import F32, Placement, Surface, unit_normals
 from engine.arrays import F64, I64, distinct
 from engine.mesh import Topology
 
-# Clear where one looks straight at it: the ghost shows its outlines and hides nothing of the form,
-# which it would cover with blotches wherever it pokes out.
-_ONLY_OUTLINES = """//VTK::Light::Impl
-  float ghostTurned = 1.0 - abs(normalVCVSOutput.z);
-  gl_FragData[0].a *= ghostTurned * ghostTurned;
+# Clear where one looks straight at it and it runs along the plain form: the ghost shows outlines
+# and the slopes of bumps, and hides nothing of the form, which it would cover with blotches
+# wherever it pokes out. How much of a slope there is comes as the red of its vertices.
+_ONLY_SLOPES = """//VTK::Light::Impl
+  float ghostFacing = abs(normalVCVSOutput.z);
+  float ghostOutline = 0.8 * (1.0 - ghostFacing) * (1.0 - ghostFacing);
+  float ghostSlope = 0.45 * smoothstep(0.08, 0.55, vertexColorVSOutput.r);
+  gl_FragData[0].rgb = vec3(0.87, 0.90, 0.95) * (0.45 + 0.55 * ghostFacing);
+  gl_FragData[0].a = max(ghostOutline, ghostSlope);
 """
+Plain = tuple[I64, F64]  # ids of the region, and its base there, mesh units
 _GHOST_GAP = 0.02  # scene units: below this the ghost would only flicker on the form
+_FADES = 0.4  # scene units above the form within which a slope fades, for it ends without an edge
 
 
 class Ghost:
@@ -29,6 +35,7 @@ class Ghost:
     topology : of the form.
     placement : where it is in the scene.
     original : (n, 3) mesh units.
+    plain : the base of the region, from which its features rise; None where there is none.
 
     Attributes
     ----------
@@ -42,6 +49,7 @@ class Ghost:
         topology: Topology,
         placement: Placement,
         original: F64,
+        plain: Plain | None = None,
     ) -> None:
         self._renderer = renderer
         self._of = surface
@@ -49,6 +57,9 @@ class Ghost:
         self._placement = placement
         self._original = original
         self._apart = np.zeros(surface.n, dtype=bool)
+        self._used: I64 = np.zeros(0, dtype=np.int64)
+        self._strength = np.zeros(surface.n, dtype=np.uint8)
+        self._features = None if plain is None else _Features(original, topology, *plain)
         self.drawn: Surface | None = None
 
     @property
@@ -66,7 +77,11 @@ class Ghost:
         gap = self._placement.to_scene(self._original[ids]) - self._of.positions[ids]
         far = np.abs(gap) > _GHOST_GAP
         apart = far[:, 0] | far[:, 1] | far[:, 2]
+        if self._features is not None:
+            shares = self._features.strength(self._of, self._placement)
+            self._strength[self._features.ids] = shares
         if (apart == self._apart[ids]).all():
+            self._shade()
             return
         self._apart[ids] = apart
         self.remove()
@@ -81,6 +96,12 @@ class Ghost:
             self._renderer.RemoveActor(self.drawn.actor)
             self.drawn = None
 
+    def _shade(self) -> None:
+        """Let every place show as much of the ghost as it is worth."""
+        if self.drawn is not None:
+            shares = self._strength[self._used]
+            self.drawn.recolour(np.stack([shares, shares, shares], axis=1))
+
     def _draw(self, faces: I64) -> None:
         n = len(self._original)
         used = distinct(faces, n)
@@ -88,14 +109,58 @@ class Ghost:
         self.drawn = Surface(positions, renumbered(faces, used, n), (255, 255, 255))
         actor = self.drawn.actor
         look = actor.GetProperty()
-        look.SetOpacity(0.8)
+        look.SetOpacity(0.8)  # anything below 1, for VTK to draw it with what is translucent
         look.BackfaceCullingOn()
-        look.SetAmbient(0.35)
-        look.SetDiffuse(0.65)
-        self.drawn.mapper.ScalarVisibilityOff()
-        look.SetColor(*rgb("#dfe6f2"))
+        self._used = used
+        self._shade()
         actor.PickableOff()
         actor.GetShaderProperty().AddFragmentShaderReplacement(
-            "//VTK::Light::Impl", True, _ONLY_OUTLINES, False
+            "//VTK::Light::Impl", True, _ONLY_SLOPES, False
         )
         self._renderer.AddActor(actor)
+
+
+class _Features:
+    """How steeply the original rises from its base, in a region and one ring around it.
+
+    Parameters
+    ----------
+    original : (n, 3), mesh units.
+    roi, base : ids of the region (r,) and its base (r, 3), mesh units.
+
+    Attributes
+    ----------
+    ids : the vertices that are looked at.
+    """
+
+    def __init__(self, original: F64, topology: Topology, roi: I64, base: F64) -> None:
+        n = len(original)
+        about = topology.faces[faces_about(roi, topology.incidence)]
+        self.ids = distinct(about, n)
+        faces = renumbered(about, self.ids, n)
+        middle = original[self.ids].mean(axis=0)
+        self._original = original[self.ids]
+        risen = self._original - middle
+        plain = risen.copy()
+        plain[renumbered(roi, self.ids, n)] = base - middle
+        self._normals = unit_normals(risen, faces, len(self.ids))
+        self._slope = _sine(self._normals, unit_normals(plain, faces, len(self.ids)))
+        # Where its ring is cut off a normal is not the true one.
+        self._slope[~np.isin(self.ids, roi, kind="table")] = 0.0
+
+    def strength(self, surface: Surface, placement: Placement) -> NDArray[np.uint8]:
+        """Return how much of a feature is missing on the form as it is now, 0 to 255 for 0 to 1.
+
+        It is the sine of the angle between original and base, or original and form if that is less:
+        what has come back to the form is no feature of the ghost, nor is the form's new bend.
+        """
+        gap = placement.to_scene(self._original) - surface.positions[self.ids]
+        away = np.sqrt(np.einsum("ij,ij->i", gap, gap))
+        slope = np.minimum(self._slope, _sine(self._normals, surface.normals[self.ids]))
+        return np.asarray(255 * slope * np.minimum(away / _FADES, 1.0), dtype=np.uint8)
+
+
+def _sine(a: F32, b: F32) -> F32:
+    """Return the sine of the angle between unit vectors (k, 3), (k,)."""
+    cosine = np.einsum("ij,ij->i", a, b)
+    return np.sqrt(np.clip(1 - cosine * cosine, 0, 1))

@@ -12,6 +12,7 @@ from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QWidget
 
 from app.look import DARK, Theme
+from app.viewport.ghost import Plain
 from app.viewport.inking import Inking
 from app.viewport.maps import Maps
 from app.viewport.overlay import SpaceCurve
@@ -163,14 +164,20 @@ class Layers(Inking):
         self.scene.set_map(None if colours is None else np.asarray(colours, dtype=np.uint8))
         self.update()
 
-    def ghost(self, positions: ArrayLike | None, apart: I64 | None = None) -> None:
+    def ghost(
+        self,
+        positions: ArrayLike | None,
+        apart: I64 | None = None,
+        plain: Plain | None = None,
+    ) -> None:
         """Show other positions (n, 3) of the same mesh, translucent, where they differ.
 
         Parameters
         ----------
         apart : the vertices where they may differ; None for any.
+        plain : ids of a region and its base (r, 3), from which the features rise that are shown.
         """
-        if self.scene.set_ghost(positions, apart):
+        if self.scene.set_ghost(positions, apart, plain):
             self.update()
 
     def set_pins(self, points: ArrayLike | None) -> None:

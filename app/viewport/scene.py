@@ -13,7 +13,7 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 from app.look import DARK, RIM, Theme, rgb, rgb8
 from app.viewport.camera import Eye
 from app.viewport.curves import Isoline, Segments
-from app.viewport.ghost import Ghost
+from app.viewport.ghost import Ghost, Plain
 from app.viewport.heavy import heavy, is_heavy, placed
 from app.viewport.lights import background, clay, light_up
 from app.viewport.marks import Marks
@@ -215,12 +215,18 @@ class Scene:
         """The part of the original that is seen, if any is."""
         return None if self._ghost is None else self._ghost.drawn
 
-    def set_ghost(self, positions: ArrayLike | None, apart: I64 | None = None) -> bool:
+    def set_ghost(
+        self,
+        positions: ArrayLike | None,
+        apart: I64 | None = None,
+        plain: Plain | None = None,
+    ) -> bool:
         """Show the original (n, 3), translucent, wherever it differs from what is shown.
 
         Parameters
         ----------
         apart : the vertices that may be elsewhere than in the original; None for any.
+        plain : ids of a region and its base (r, 3), from which the features rise that are shown.
 
         Returns whether the picture is another now.
         """
@@ -231,7 +237,7 @@ class Scene:
         if positions is not None and self.surface is not None and self._mesh is not None:
             original = frozen(positions, np.float64)
             self._ghost = Ghost(
-                self.renderer, self.surface, self._mesh.topology, self.placement, original
+                self.renderer, self.surface, self._mesh.topology, self.placement, original, plain
             )
             self._ghost.follow(np.arange(self.surface.n) if apart is None else apart)
         return (before is not None and before.seen) or (
