@@ -167,7 +167,8 @@ def _region(window: Window) -> list[Action]:
         def do() -> None:
             document = session.document
             if document is not None and document.draft.roi is not None:
-                session.choose_region(made(document.mesh.topology, document.draft.roi), label)
+                roi = made(document.mesh.topology, document.draft.roi)
+                session.choose_region(roi, label, curves_stay=True)
 
         return do
 

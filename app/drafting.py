@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 import engine
-from engine import Document, Source
-from engine.arrays import frozen
+from engine import Document, Draft, Source
+from engine.arrays import I64, frozen
 
 
 def one_step_back(document: Document) -> tuple[Document, str] | None:
@@ -27,6 +27,15 @@ def one_step_back(document: Document) -> tuple[Document, str] | None:
         back = replace(draft, source=source, strokes=tuple(kept))
         return document.with_draft(back), "Target dropped"
     return document.with_draft(draft.with_roi(None)), "Region left"
+
+
+def resized(draft: Draft, roi: I64 | None) -> Draft:
+    """Return the draft on a region made of its own; what was drawn stays if it lies on that too."""
+    curves = [*draft.strokes] + ([] if draft.source is None else [draft.source])
+    on_it = roi is not None and all(
+        np.isin(curve.anchors, roi, kind="table").all() for curve in curves
+    )
+    return replace(draft, roi=roi) if on_it else draft.with_roi(roi)
 
 
 def on_both_sides(document: Document, before: Document) -> Document:

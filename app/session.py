@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
-from app.drafting import on_both_sides, one_step_back
+from app.drafting import on_both_sides, one_step_back, resized
 from app.form import Form
 from app.jobs import Jobs
 from app.problems import Problems
@@ -209,13 +209,16 @@ class Session(QObject):
         self._moved_on(flowing=False)
 
     def choose_region(self, roi: I64 | None, label: str, *, curves_stay: bool = False) -> None:
-        """Take another region, an empty one is none; what was drawn stays if it lies on it too."""
+        """Take another region; an empty one is none.
+
+        With `curves_stay` what was drawn stays if all of it lies on that region too.
+        """
         document = self.document
         if document is not None:
             wanted = None if roi is None or len(roi) == 0 else frozen(roi, np.int64)
             self.told.emit("")  # what was said of the region before is no longer of use
             draft = document.draft
-            draft = replace(draft, roi=wanted) if curves_stay else draft.with_roi(wanted)
+            draft = resized(draft, wanted) if curves_stay else draft.with_roi(wanted)
             self.change(document.with_draft(draft), label)
 
     def keep_region(self, name: str, *, forget: bool = False) -> None:
@@ -274,6 +277,7 @@ class Session(QObject):
             return
         back = None if self.document is None else one_step_back(self.document)
         if back is not None:
+            self.told.emit("")  # what was said of it is no longer of use
             self.change(*back)
 
     # ---- travelling in the history
@@ -309,6 +313,7 @@ class Session(QObject):
         self.jobs.cancel("apply")
         self._showing.drop_preview()
         self._coalescing = None
+        self.told.emit("")
         way()
         self._moved_on(flowing=False)
 

@@ -88,6 +88,7 @@ class ToolHost(QObject):
         self.context.tool = self.toolbox.tools[name]
         self._canvas.brush(0.0, 0.0, None)  # the next move of the hand shows what it takes now
         self._session.problems.clear()
+        self._session.told.emit("")  # so is what was said about the last stroke
         self._show_live()
         self.tool_changed.emit()
 

@@ -35,6 +35,7 @@ from app.picture_files import PictureFiles
 from app.plate import Plate
 from app.plugin_list import PluginList, all_failures
 from app.recent import remember
+from app.region_wheel import RegionWheel
 from app.safety import Safety
 from app.session import Session
 from app.stage import Stage
@@ -75,6 +76,7 @@ class Window(QMainWindow):
         self.toolhost = ToolHost(self.session, self.viewport, self.toolbox, self)
         self.key_hand = KeyHand(self.viewport, self.toolhost, self)
         self.stage = Stage(self.session, self.viewport, self)
+        self.region_wheel = RegionWheel(self.session, self.viewport, self)
         self.documents = Documents(self.session, self.files, self.viewport, self)
         self.safety: Safety | None = None
         self.actions_table = Actions(self, self.viewport)
@@ -328,6 +330,7 @@ class Window(QMainWindow):
         """Stop the engine before the viewport goes."""
         self._soon.stop()
         self._held_key.stop()
+        self.region_wheel.stop()
         QSettings().setValue("window/geometry", self.saveGeometry())
         self.toolhost.cancel()
         self.toolbox.stop()

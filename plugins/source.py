@@ -92,7 +92,10 @@ class SourceTool(Tool):
             return "Draw another curve on the region"
         if any(getattr(step, "roi", None) is draft.roi for step in document.recipe.steps):
             return "Draw another curve, change the level, or press {edit.back} to leave the region"
-        return "Slide the level, then draw a curve on the coloured part"
+        return (
+            "Slide the level, then draw a curve on the coloured part; Shift and the wheel grow or "
+            "shrink it"
+        )
 
     def draws(self, document: Document) -> Role | None:
         """A curve on the region."""

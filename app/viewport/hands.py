@@ -211,6 +211,10 @@ class Hands(QObject):
                 self._camera.begin_motion(motion, at.x(), at.y())
                 self._camera.continue_motion(motion, float(pixels.x()), float(pixels.y()))
             return True
+        if modifiers & _Mod.ShiftModifier:
+            # As with Alt: some platforms turn the wheel sideways.
+            self._viewport.shift_scroll((angle.y() or angle.x()) / 120.0)
+            return True
         notches = angle.y() / 120.0
         if notches:
             self._camera.zoom_at(at.x(), at.y(), ZOOM_PER_NOTCH**notches)

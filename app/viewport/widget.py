@@ -33,13 +33,14 @@ class Viewport(Sighting):
     pointer : `plugins.api.Pointer` of the left button, the pen tip, or hovering.
     cancelled : the gesture under way will have no release.
     selecting(on) : a stroke is over, and what it means waits for what is seen of a heavy form.
-    alt_scrolled : notches of the wheel turned with Alt held.
+    alt_scrolled, shift_scrolled : notches of the wheel turned with Alt or Shift held.
     """
 
     pointer = Signal(object)
     cancelled = Signal()
     selecting = Signal(bool)
     alt_scrolled = Signal(float)
+    shift_scrolled = Signal(float)
 
     def __init__(self, parent: QWidget | None = None, theme: Theme = DARK) -> None:
         super().__init__(parent, theme)
@@ -122,6 +123,10 @@ class Viewport(Sighting):
     def alt_scroll(self, notches: float) -> None:
         """Say that the wheel was turned with Alt held."""
         self.alt_scrolled.emit(notches)
+
+    def shift_scroll(self, notches: float) -> None:
+        """Say that the wheel was turned with Shift held."""
+        self.shift_scrolled.emit(notches)
 
     def set_tool_navigates(self, navigates: bool) -> None:
         """Let strokes of the main button and the pen's tip move the camera, or draw again."""
