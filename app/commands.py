@@ -153,6 +153,7 @@ def _tools(window: Window) -> list[Action]:
         *(row(name) for name in host.toolbox.tools),
         Action("tools.keys", "Draw with the keys", keys.switch, ("K",), "", with_document,
                "Tools", checked=lambda: keys.on, apart=True),
+        Action("tools.pen", "Pen pressure…", window.show_pen, (), "mdi6.pen", menu="Tools"),
         Action("size.smaller", "Smaller circle", lambda: host.circle.step(-1), (",",), "", sized,
                "Tools", repeats=True),
         Action("size.larger", "Larger circle", lambda: host.circle.step(1), (".",), "", sized,

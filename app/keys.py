@@ -29,6 +29,8 @@ HANDS = (
     ("Add to the region", "Shift while circling"),
     ("Take from the region", "Ctrl while circling, eraser end of the pen"),
     ("Size of the brush, of the handle", "Alt + drag sideways"),
+    ("Size of the region", "Shift + wheel"),
+    ("Draw without mouse and pen", "K, then arrow keys, Space and Enter"),
     ("Level of detail", "Alt + wheel"),
     ("See the original", "Hold B"),
     ("From part to part of the window", "F6, Shift + F6; Tab inside a part"),

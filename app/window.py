@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QByteArray, QSettings, Qt, QTimer
@@ -31,6 +32,7 @@ from app.panels.edit import EditPanel
 from app.panels.level import LevelPanel
 from app.panels.steps import StepsPanel
 from app.panels.toolbar import ToolRail, ToolStrip
+from app.pen_pressure import PenPressure, counted, remembered
 from app.picture_files import PictureFiles
 from app.plate import Plate
 from app.plugin_list import PluginList, all_failures
@@ -113,6 +115,7 @@ class Window(QMainWindow):
         self._name_keys()
         self._connect()
         self._dress(appearance.theme)
+        self._take_pen(remembered())
         self.refresh()
         self.resize(*FIRST_SIZE)
         self.viewport.setFocus()  # keys mean the form until a part is given them
@@ -289,6 +292,16 @@ class Window(QMainWindow):
         self._keys.fill()
         self._keys.show()
         self._keys.raise_()
+
+    def show_pen(self) -> None:
+        """Show how hard the pen has to press, and let it be set."""
+        dialog = PenPressure(self.appearance.theme, self)
+        dialog.chosen.connect(self._take_pen)
+        self.appearance.changed.connect(dialog.dress)
+        dialog.show()
+
+    def _take_pen(self, firmness: float) -> None:
+        self.viewport.hands.counted = partial(counted, firmness=firmness)
 
     def show_plugins(self) -> None:
         """List what was found, what failed to load and why, and the person's own files."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import Enum
 from typing import Any, ClassVar, Protocol
 
@@ -64,6 +65,7 @@ class Hands(QObject):
         self._last = QPointF()
         self._space = False
         self.navigates = False  # the tool in hand moves the camera
+        self.counted: Callable[[float], float] = float  # what a pressure of the pen counts, 0..1
         self._tap: tuple[QPointF, int] | None = None  # where and when pen or finger came down
         self._touch: tuple[QPointF, float] | None = None
         viewport.installEventFilter(self)
@@ -357,7 +359,7 @@ class Hands(QObject):
                 kind,
                 place.x(),
                 place.y(),
-                pressure=float(event.pressure()) if pen else 1.0,
+                pressure=self.counted(event.pressure()) if pen else 1.0,
                 pen=pen,
                 eraser=pen and event.pointerType() == QPointingDevice.PointerType.Eraser,
                 shift=bool(modifiers & _Mod.ShiftModifier),

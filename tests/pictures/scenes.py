@@ -36,6 +36,7 @@ SCENES: dict[str, Scene] = {
     "symmetric": Scene(region.symmetric, ("region-plane", "region-symmetric")),
     "level": Scene(level.level, ("level-panel", "level-feature", "level-modes")),
     "pen": Scene(sketching.pen, ("sketch-source", "sketch-drag", "sketch-redraw")),
+    "pressure": Scene(sketching.pressure, ("pen-pressure",)),
     "several": Scene(sketching.several, ("sketch-several",)),
     "trace": Scene(sketching.trace, ("sketch-trace",)),
     "outline": Scene(sketching.outline, ("region-adjust", "sketch-outline")),

@@ -6,9 +6,10 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import QPointF, QSettings, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPen, QPolygonF
 
+from app.pen_pressure import KEY, PenPressure
 from tests.app.driving import Pen, bow, circle
 from tests.pictures.region import RIB, RIBS
 from tests.pictures.studio import Stage
@@ -52,6 +53,20 @@ def pen(stage: Stage) -> None:
     stage.keep("sketch-redraw")
     hand.send(view, "release", again[-1], Qt.KeyboardModifier.NoModifier)
     stage.rest()
+
+
+def pressure(stage: Stage) -> None:
+    """How hard a pen has to press is set, and tried with a pen."""
+    stage.open("tank")
+    stage.press(Qt.Key.Key_P)
+    stage.key("tools.pen")
+    dialog = next(iter(stage.window.findChildren(PenPressure)))
+    stage.until(dialog.isVisible)
+    dialog.slider.setValue(-70)
+    hand = Pen(pressure=0.5)
+    hand.send(dialog.curve, "press", (90, 90), Qt.KeyboardModifier.NoModifier)
+    stage.dialog("pen-pressure")
+    QSettings().remove(KEY)
 
 
 def vase_from_the_front(stage: Stage) -> None:
