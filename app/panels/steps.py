@@ -122,6 +122,17 @@ class StepsPanel(Panel):
             return False
         return _rests(history, history.moments[history.current_id])
 
+    def without_picture(self) -> list[int]:
+        """Return the moments with a line of their own that have no thumbnail, but the current."""
+        history = self._session.history
+        if history is None:
+            return []
+        return [
+            one
+            for one, moment in history.moments.items()
+            if one not in self._icons and one != history.current_id and _rests(history, moment)
+        ]
+
     def set_picture(self, moment: int, picture: QPixmap) -> None:
         """Give a moment its thumbnail."""
         self._pictures[moment] = picture

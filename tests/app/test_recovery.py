@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import os
 from pathlib import Path
 
+import numpy as np
+from PIL import Image
 from PySide6.QtCore import QPoint, QSize, Qt
 from PySide6.QtGui import QGuiApplication
 
@@ -12,7 +15,7 @@ from app.recovery_bar import sentence
 from engine.files.place import beside
 from engine.journal import recover
 from plugins.registry import kinds
-from tests.app.driving import picture, settled
+from tests.app.driving import picture, pixels, settled
 from tests.app.safe import killed, work
 from tests.engine.histories import fingerprint
 
@@ -56,6 +59,36 @@ def test_what_was_killed_is_offered_and_restored(
     (again,) = recover(after.safety.autosave.folder, kinds())
     assert fingerprint(again.state) == fingerprint(state)
     again.release()
+
+
+def test_every_step_that_was_restored_has_a_picture_of_its_form(safe_window, qtbot) -> None:
+    window = safe_window()
+    work(window, qtbot)
+    killed(window)
+    after = safe_window()
+    qtbot.waitUntil(lambda: after.safety.bar.isVisible())
+    qtbot.mouseClick(after.safety.bar.buttons["Restore"], Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(settled(after))
+    history = after.session.history
+    (first,) = (one for one, moment in history.moments.items() if moment.parent is None)
+    assert history.current_id != first
+    qtbot.waitUntil(lambda: first in after.steps.pictures())
+    assert not after.steps.without_picture()
+    qtbot.waitUntil(lambda: not after.viewport.moving)
+    made = pixels_of(after.steps.pictures()[first])
+    seen = pixels(after.viewport)
+    after.session.go(first)
+    qtbot.waitUntil(settled(after))
+    assert made.std() > 15, "a form on its ground"
+    assert after.viewport.renderer.GetDraw()
+    assert after.viewport.render_window.GetRenderers().GetNumberOfItems() == 1
+    assert seen.std() > 15, "and the form itself is still on screen"
+
+
+def pixels_of(png: bytes) -> np.ndarray:
+    """Return a PNG as (h, w, 3), 0 to 255."""
+    with Image.open(io.BytesIO(png)) as image:
+        return np.asarray(image.convert("RGB"), dtype=float)
 
 
 def test_discard_and_later(safe_window, qtbot) -> None:
