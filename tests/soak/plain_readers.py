@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 import re
 import struct
-import xml.etree.ElementTree as ET
 import zipfile
 from io import BytesIO
 from xml.dom import expatbuilder
@@ -215,8 +214,8 @@ def _stl(data: bytes) -> tuple[Vertices, Polygons]:
 def _3mf(data: bytes) -> tuple[Vertices, Polygons]:
     with zipfile.ZipFile(BytesIO(data)) as archive:
         (part,) = [n for n in archive.namelist() if n.endswith(".model")]
-        root = ET.fromstring(archive.read(part))
-    tags = [(e.tag.rpartition("}")[2].rpartition(":")[2], e.attrib) for e in root.iter()]
+        elements = _elements(archive.read(part))
+    tags = [(_tag(e), dict(e.attributes.items())) for e in elements]
     vertices = [tuple(_number(a.get(k, "")) for k in "xyz") for tag, a in tags if tag == "vertex"]
     polygons = []
     for tag, a in tags:
