@@ -297,7 +297,16 @@ class Compare(QWidget):
     def _follow(self) -> None:
         moment = self._session.moment
         self.main_header.say("" if moment is None else (moment.name or moment.label))
+        self._mark_region()
         self._offer_morph()
+
+    def _mark_region(self) -> None:
+        """Tint the region on both: what is coloured on one side only seems to be another form."""
+        document = self._session.document
+        if document is None or self.moment is None:
+            return
+        alike = self.moment.document.mesh.faces is document.mesh.faces
+        self.viewport.set_region(document.draft.roi if alike else None)
 
     # ---- between the two
 

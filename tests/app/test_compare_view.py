@@ -33,6 +33,8 @@ def test_the_view_stays_when_a_comparison_opens_swaps_and_closes(
     picture(window, artefacts, "comparing")
     assert view.eye.same_as(eye)
     assert same_way(window.compare.viewport.eye, eye)
+    roi = window.session.document.draft.roi
+    assert np.array_equal(window.compare.viewport.scene._region, roi), "tinted on both sides"
     click(window, qtbot, "Swap")
     qtbot.wait(100)
     assert view.eye.same_as(eye)
