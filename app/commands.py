@@ -113,6 +113,8 @@ def _edit(window: Window) -> list[Action]:
                can_apply, menu),
         Action("edit.back", "One step back", window.escape, ("Esc",), "mdi6.arrow-left",
                with_document, menu),
+        Action("edit.name", "Name this variant", window.name_variant, ("F2",), "mdi6.tag-outline",
+               with_document, menu, apart=True),
     ]  # fmt: skip
 
 

@@ -150,6 +150,8 @@ class ToolHost(QObject):
         def look(result: object) -> None:
             if isinstance(result, Document | Step):
                 self.context.preview(result)
+            else:
+                self._session.end_preview()  # there is nothing to apply
 
         self._enter(tool, look)
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QByteArray, QSettings, Qt, QTimer
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
-from PySide6.QtWidgets import (
-    QMainWindow,
-)
+from PySide6.QtCore import QByteArray, QEvent, QSettings, Qt, QTimer
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
+from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow
 
 from app.actions import Actions
 from app.ask import Ask
@@ -325,7 +323,23 @@ class Window(QMainWindow):
         for part in (self.body.side, self.rail, self.strip, self.status, self.menuBar()):
             part.setVisible(not shown)
 
+    def name_variant(self) -> None:
+        """Let the current step be named in its row, wherever the panels are."""
+        if not self.body.side.isVisible():
+            self.toggle_panels()
+        self.steps.unfold()
+        self.steps.name_current()
+
     # ---- events
+
+    def event(self, event: QEvent) -> bool:
+        """Leave Enter and Esc to a line that is typed into: they take or leave what it says."""
+        if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
+            keys = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Escape)
+            if event.key() in keys and isinstance(QApplication.focusWidget(), QLineEdit):
+                event.accept()
+                return True
+        return super().event(event)
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         """Take a dropped file."""

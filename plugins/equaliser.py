@@ -7,7 +7,19 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from plugins.api import F64, I64, DataStep, Document, Mesh, RegionTool, Run, Step, taken_apart
+from plugins.api import (
+    F64,
+    I64,
+    Context,
+    DataStep,
+    Document,
+    Mesh,
+    RegionTool,
+    Result,
+    Run,
+    Step,
+    taken_apart,
+)
 
 GAIN = {"min": -2.0, "max": 4.0, "step": 0.05}
 
@@ -64,6 +76,19 @@ class Equaliser(RegionTool):
     label = "Equaliser"
     order = 120
     Options = EqualiserOptions
+
+    def enter(self, context: Context) -> Result:
+        """Apply nothing while every band stays as it is."""
+        options = context.options
+        if options.large == options.medium == options.small == options.fine == 1.0:
+            return None
+        return super().enter(context)
+
+    def hint(self, document: Document) -> str:
+        """Say what the numbers mean."""
+        if document.draft.roi is None:
+            return super().hint(document)
+        return "Above 1 features of a size grow stronger, below 1 softer. {edit.apply} applies it"
 
     def step(self, roi: I64, options: EqualiserOptions, document: Document) -> Step:
         """Return the step for these options."""

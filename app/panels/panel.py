@@ -70,6 +70,10 @@ class Panel(QWidget):
         self._fold(opened)
         self._head.toggled.connect(self._toggled)
 
+    def unfold(self) -> None:
+        """Show what is below the title."""
+        self._head.setChecked(True)
+
     def set_note(self, text: str) -> None:
         """Show a short text beside the title, visible even when folded."""
         self._note.setText(text)
@@ -116,16 +120,25 @@ class Choice(QComboBox):
 
 
 class _TakesEnter(QObject):
-    """Enter takes a number that was typed; only after that is it the window's again."""
+    """Enter takes a number that was typed, Esc the one before; else both are the window's."""
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Keep Enter from the shortcuts while the text is not the value yet."""
-        if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
-            enter = event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter)
-            if enter and isinstance(watched, QSpinBox | QDoubleSpinBox) and _typed(watched):
+        """Keep the keys from the shortcuts while the text is not the value yet."""
+        kinds = (QEvent.Type.ShortcutOverride, QEvent.Type.KeyPress)
+        if event.type() not in kinds or not isinstance(event, QKeyEvent):
+            return False
+        if not isinstance(watched, QSpinBox | QDoubleSpinBox) or not _typed(watched):
+            return False
+        leaves = event.key() == Qt.Key.Key_Escape
+        if event.type() == QEvent.Type.ShortcutOverride:
+            taken = leaves or event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter)
+            if taken:
                 event.accept()
-                return True
-        return False
+            return taken
+        if leaves:
+            watched.lineEdit().setText(_shown(watched))
+            watched.selectAll()
+        return leaves
 
 
 def _own_text(box: QSpinBox) -> str:
@@ -133,10 +146,15 @@ def _own_text(box: QSpinBox) -> str:
     return box.textFromValue(box.value())
 
 
-def _typed(box: QSpinBox | QDoubleSpinBox) -> bool:
-    shown = _own_text(box) if isinstance(box, QSpinBox) else box.textFromValue(box.value())
+def _shown(box: QSpinBox | QDoubleSpinBox) -> str:
+    """Return the text that a field shows for its value."""
+    own = _own_text(box) if isinstance(box, QSpinBox) else box.textFromValue(box.value())
     special = box.specialValueText() if box.value() == box.minimum() else ""
-    return box.text() != (special or f"{box.prefix()}{shown}{box.suffix()}")
+    return special or f"{box.prefix()}{own}{box.suffix()}"
+
+
+def _typed(box: QSpinBox | QDoubleSpinBox) -> bool:
+    return box.text() != _shown(box)
 
 
 def plain_number(box: QAbstractSpinBox) -> None:
