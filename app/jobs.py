@@ -7,7 +7,6 @@ hand while modes still stream in. Results cross to the window's thread once, by 
 
 from __future__ import annotations
 
-import contextlib
 import logging
 import threading
 import time
@@ -17,8 +16,8 @@ from typing import Any
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal, Slot
 
-from app.interruption import interrupt, receive
 from engine import Cancelled, EngineError, Memo, Run
+from plugins.interruption import InterruptibleThread
 
 log = logging.getLogger(__name__)
 
@@ -27,10 +26,6 @@ SILENCE = 60.0  # seconds without a tick: work that is not ours has hung
 GRACE = 2.0  # seconds that work may take to end when the person cancels it
 LOOK_MS = 250
 PROGRESS_INTERVAL = 0.05  # seconds between two progress signals: more only costs repaints
-
-
-class LeftBehindError(BaseException):
-    """Ends a thread whose work is wanted no more; it passes through `except Exception`."""
 
 
 @dataclass(eq=False)
@@ -78,25 +73,7 @@ class Worker:
     def __init__(self, serve: Callable[[Worker], None]) -> None:
         self.inside: list[Job] = []
         self.left = False
-        self._serve = serve
-        self._ending = threading.Lock()
-        self._ended = False
-        self.thread = threading.Thread(target=self._run, name="engine", daemon=True)
-
-    def _run(self) -> None:
-        with contextlib.suppress(LeftBehindError):
-            self._serve(self)
-        while not self._ended:
-            with contextlib.suppress(LeftBehindError), self._ending:
-                self._ended = True
-        receive(LeftBehindError)
-
-    def interrupt(self) -> None:
-        """End the thread at its next line of Python."""
-        number = self.thread.ident
-        with self._ending:
-            if number is not None and not self._ended:
-                interrupt(number, LeftBehindError)
+        self.thread = InterruptibleThread("engine", lambda: serve(self))
 
 
 class Jobs(QObject):
@@ -194,7 +171,7 @@ class Jobs(QObject):
         self._look.stop()
         self._worker.thread.join(seconds)
         if self._worker.thread.is_alive():
-            self._worker.interrupt()
+            self._worker.thread.interrupt()
 
     def _cancel(self, channel: str) -> None:
         job = self._newest.pop(channel, None)
@@ -238,7 +215,7 @@ class Jobs(QObject):
                 del self._newest[hung.channel]
             if hung in self._overtaken:
                 self._overtaken.remove(hung)
-        left.interrupt()
+        left.thread.interrupt()
         self._worker.thread.start()
         for job in again:
             self.submit(

@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from app.interruption import interrupt, receive
+from plugins.interruption import interrupt, receive
 
 SECONDS = 10.0
 LOOK = 0.2

@@ -12,6 +12,7 @@ import importlib.util
 import json
 import os
 import sys
+import threading
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -20,8 +21,12 @@ from typing import Any
 import platformdirs
 
 from plugins.api import EngineError, Tool
+from plugins.importing import imported
 
 SWITCHES = "switched-on.json"
+
+_modules: dict[str, ModuleType] = {}
+_importing = threading.Lock()
 
 
 def dropin_folder() -> Path:
@@ -114,7 +119,7 @@ def dropin_points(folder: Path | None = None) -> tuple[list[DropInPoint], list[D
             continue
         try:
             module = _module(one.path)
-        except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever a stranger's file does
+        except Exception as error:  # noqa: BLE001 - whatever a stranger's file does
             tools.append(DropInPoint(one.name, one.path.name, error))
             continue
         for item in vars(module).values():
@@ -151,8 +156,13 @@ def _digest(path: Path) -> str:
 def _module(path: Path) -> ModuleType:
     """Import a file under a name of its own; a second call returns the same module."""
     name = f"eigenform_dropin_{path.stem}_{_digest(path)[:12]}"
-    if name in sys.modules:
-        return sys.modules[name]
+    with _importing:
+        if name not in _modules:
+            _modules[name] = imported(name, lambda: _import(name, path))
+        return _modules[name]
+
+
+def _import(name: str, path: Path) -> ModuleType:
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise ImportError(f"{path} is not a Python file")

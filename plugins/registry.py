@@ -18,11 +18,13 @@ from typing import Any, Generic, TypeVar
 from engine import Kinds, Step
 from plugins.api import Tool
 from plugins.dropin import DropInPoint, dropin_points
+from plugins.importing import imported
 
 log = logging.getLogger(__name__)
 
 TOOLS = "eigenform.tools"
 STEPS = "eigenform.steps"
+OURS = "eigenform"
 STEP_NAMES = ("apply", "to_json", "from_json", "title")
 
 T = TypeVar("T")
@@ -86,12 +88,19 @@ def _load(group: str, points: Points | None, check: Callable[[str, Any], T]) -> 
         try:
             if point.name in items:
                 raise TypeError(f"another plugin already offers the name “{point.name}”")
-            items[point.name] = check(point.name, point.load())
-        except (Exception, SystemExit) as error:  # whatever a stranger's module does on import
+            items[point.name] = _loaded(point, check)
+        except Exception as error:  # whatever a stranger's module does on import
             log.info("Plugin %s (%s) was left out", point.name, distribution, exc_info=True)
             reason = f"{type(error).__name__}: {error}"
             failures.append(Failure(group, point.name, distribution, reason))
     return Found(items, tuple(failures))
+
+
+def _loaded(point: EntryPoint | DropInPoint, check: Callable[[str, Any], T]) -> T:
+    def load() -> T:
+        return check(point.name, point.load())
+
+    return load() if _origin(point) == OURS else imported(point, load)
 
 
 def _all_points(group: str) -> list[EntryPoint | DropInPoint]:

@@ -17,6 +17,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
+import plugins.importing
 from tests import comma_locale
 from tests.program import PATIENCE
 
@@ -43,6 +44,7 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("the same everywhere")
+plugins.importing.SECONDS = PATIENCE
 
 _locale = ""
 _xvfb: subprocess.Popen[bytes] | None = None

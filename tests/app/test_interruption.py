@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 TOO_LATE = """
     import threading
-    from app.interruption import interrupt, receive
+    from plugins.interruption import interrupt, receive
     for _ in range(200):
         try:
             interrupt(threading.get_ident(), KeyError)
@@ -40,12 +40,12 @@ TOOL_THAT_CAME_BACK = """
     patience.stop()
 """
 WORKER_THAT_ENDS_MEANWHILE = """
-    from app.jobs import Worker
+    from plugins.interruption import InterruptibleThread
     for _ in range(300):
-        worker = Worker(lambda _self: None)
-        worker.thread.start()
-        worker.interrupt()
-        worker.thread.join()
+        thread = InterruptibleThread("short", lambda: None)
+        thread.start()
+        thread.interrupt()
+        thread.join()
 """
 PROFILED = """
     import sys

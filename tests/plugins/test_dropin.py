@@ -6,9 +6,11 @@ from pathlib import Path
 
 import pytest
 
+import plugins.importing
 from engine import EngineError
 from plugins.dropin import dropins, switch
 from plugins.registry import find_steps, find_tools
+from tests.plugins import gate
 
 SOURCE = """
 from dataclasses import dataclass, field
@@ -73,7 +75,52 @@ def test_a_file_that_exits_is_listed_with_the_reason(folder: Path) -> None:
     switch("script", True, folder)
     found = find_tools()
     assert "lasso" in found.items
-    assert next(f for f in found.failures if f.name == "script").reason == "SystemExit: done"
+    (failure,) = (f for f in found.failures if f.name == "script")
+    assert failure.reason == "ImportError: it raised SystemExit: done"
+
+
+@pytest.mark.parametrize("stop", ["KeyboardInterrupt", "GeneratorExit", "BaseException"])
+def test_a_file_may_raise_whatever_it_likes(folder: Path, stop: str) -> None:
+    (folder / "odd.py").write_text(f"raise {stop}('so there')", encoding="utf-8")
+    switch("odd", True, folder)
+    found = find_tools()
+    assert "lasso" in found.items
+    (failure,) = (f for f in found.failures if f.name == "odd")
+    assert failure.reason == f"ImportError: it raised {stop}: so there"
+
+
+HANGING = {
+    "loop": "while True: pass",
+    "stubborn loop": """
+while True:
+    try:
+        pass
+    except Exception:
+        pass
+""",
+    "wait": "import tests.plugins.gate as gate; gate.OPEN.wait()",
+}
+
+
+@pytest.mark.parametrize("how", HANGING)
+def test_a_file_that_hangs_is_left_out_and_not_tried_again(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, how: str
+) -> None:
+    gate.OPEN.clear()
+    counted = f"import tests.plugins.gate as gate\ngate.TRIED.append({how!r})\n"
+    (folder / "hang.py").write_text(counted + HANGING[how], encoding="utf-8")
+    switch("hang", True, folder)
+    monkeypatch.setattr(plugins.importing, "SECONDS", 1.0)
+    try:
+        for _ in range(2):
+            found = find_tools()
+            assert "lasso" in found.items
+            (failure,) = (f for f in found.failures if f.name == "hang")
+            assert failure.reason == "ImportHungError: it was not imported within 1 seconds"
+            assert "lift" not in find_steps().items
+        assert gate.TRIED.count(how) <= 1
+    finally:
+        gate.OPEN.set()
 
 
 def test_a_file_that_is_none_any_more_is_off(folder: Path) -> None:
