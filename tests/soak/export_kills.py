@@ -132,20 +132,23 @@ class Forked:
 
     def poll(self) -> int | None:
         """Return how it ended, or None while it runs."""
-        if self.returncode is None and os.waitpid(self.pid, os.WNOHANG)[0]:
-            self.returncode = 1
-        return self.returncode
+        return self._look(os.WNOHANG)
 
     def kill(self) -> None:
         """Kill it, if it still runs."""
         if self.poll() is None:
             os.kill(self.pid, signal.SIGKILL)
 
-    def wait(self) -> None:
-        """Wait until it has ended."""
-        if self.poll() is None:
-            os.waitpid(self.pid, 0)
-            self.returncode = 1
+    def wait(self, timeout: float | None = None) -> int | None:
+        """Wait until it has ended, which it is about to; return how."""
+        return self._look(0)
+
+    def _look(self, how: int) -> int | None:
+        if self.returncode is None:
+            ended, status = os.waitpid(self.pid, how)
+            if ended:
+                self.returncode = os.waitstatus_to_exitcode(status)
+        return self.returncode
 
 
 @contextmanager
