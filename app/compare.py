@@ -342,4 +342,5 @@ class Compare(QWidget):
     def _keep(self) -> None:
         wanted = self._wanted()
         if wanted is not None and self.morph.shares != (0.0, 0.0):
+            self._main.setFocus()  # the button has nothing more to keep
             self._session.apply(wanted)

@@ -11,6 +11,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from app.files import Files
+from app.places import folder_of
 from app.session import Session
 from app.viewport import Viewport
 from app.viewport.camera import Eye
@@ -88,7 +89,7 @@ class Documents(QObject):
         document, path = self._session.document, self._session.path
         if document is None:
             return None
-        folder = path.parent if path is not None else Path.home()
+        folder = folder_of(path) if path is not None else Path.home()
         suggested = folder / (Path(document.name or "untitled").stem + DOCUMENT_SUFFIX)
         name, _ = QFileDialog.getSaveFileName(self._window, "Save document", str(suggested), FILTER)
         if not name:

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 
 from app.files import Files
 from app.recent import last_folder
+from app.session import Session
 
 OPENS = "Meshes and documents (*.eigenform *.obj *.ply *.stl *.off *.3mf);;All files (*)"
 EXPORTS = "PLY, exact (*.ply);;Wavefront OBJ (*.obj);;STL (*.stl);;OFF (*.off);;3MF (*.3mf)"
@@ -16,7 +17,8 @@ EXPORTS = "PLY, exact (*.ply);;Wavefront OBJ (*.obj);;STL (*.stl);;OFF (*.off);;
 class FileDialogs:
     """Asks for a file and gives it to `Files`; a dialog that is closed does nothing."""
 
-    def __init__(self, files: Files, window: QWidget) -> None:
+    def __init__(self, session: Session, files: Files, window: QWidget) -> None:
+        self._session = session
         self._files = files
         self._window = window
 
@@ -29,7 +31,7 @@ class FileDialogs:
     def export(self) -> None:
         """Let the person choose where the mesh goes."""
         name, chosen = QFileDialog.getSaveFileName(
-            self._window, "Export mesh", last_folder(), EXPORTS
+            self._window, "Export mesh", self._suggested(".ply"), EXPORTS
         )
         if name:
             path = Path(name)
@@ -40,8 +42,14 @@ class FileDialogs:
     def export_recipe(self) -> None:
         """Let the person choose where the recipe goes."""
         name, _ = QFileDialog.getSaveFileName(
-            self._window, "Save recipe", last_folder(), "Recipe (*.json)"
+            self._window, "Save recipe", self._suggested(".json"), "Recipe (*.json)"
         )
         if name:
             path = Path(name)
             self._files.export_recipe(path if path.suffix else path.with_suffix(".json"))
+
+    def _suggested(self, suffix: str) -> str:
+        """Return a place for what comes of the document: its name, marked as another form."""
+        document = self._session.document
+        stem = Path(document.name).stem if document is not None else ""
+        return str(Path(last_folder()) / f"{stem or 'untitled'} reshaped{suffix}")

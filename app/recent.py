@@ -10,6 +10,8 @@ from pathlib import Path
 
 from PySide6.QtCore import QSettings
 
+from app.places import folder_of
+
 KEPT = 8
 BYTES = "bytes:"
 """Begins an entry that is the hexadecimal bytes of a name which is no text; no path begins so."""
@@ -41,7 +43,7 @@ def last_folder() -> str:
     listed = _remembered()
     found = _looked_at(listed)
     there = next((path for path in listed if found.get(path, False)), None)
-    return str(Path.home() if there is None else there.parent)
+    return str(Path.home() if there is None else folder_of(there))
 
 
 def _remembered() -> list[Path]:

@@ -97,7 +97,7 @@ class Window(QMainWindow):
         StartLevel(self.session, lambda: self.toolhost.in_gesture, self)
         self.opening = OpeningPlate(self.session, self.files, self.plate)
         self._thumbnails = Thumbnails(self.session, self.stage, self.viewport, self.steps)
-        self.file_dialogs = FileDialogs(self.files, self)
+        self.file_dialogs = FileDialogs(self.session, self.files, self)
         self.picture_files = PictureFiles(self.session, self.viewport, self.trace_bar, self)
         self.turntable_file = TurntableFile(self.session, self.viewport, self)
         self._held_key = HeldKey(self.stage, self)

@@ -248,7 +248,11 @@ class StepsPanel(Panel):
                 icon = self._icons.get(row.moment)
                 if icon is not None:
                     action.setIcon(icon)
-        menu.popup(self.compare.mapToGlobal(QPoint(0, self.compare.height())))
+        menu.setStyleSheet("QMenu { icon-size: 40px; }")
+        menu.ensurePolished()
+        # The button is at the foot of the window: below it there is no room.
+        corner = QPoint(self.compare.width() - menu.sizeHint().width(), -menu.sizeHint().height())
+        menu.popup(self.compare.mapToGlobal(corner))
 
     def _ask_to_compare(self, moment: int) -> Callable[[], None]:
         return lambda: self.compare_asked.emit(moment)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QPushButton
+from PySide6.QtWidgets import QApplication, QMenu, QPushButton
 
 from app.window import Window
 from tests.app.designing import draw, enter, region
@@ -42,6 +42,38 @@ def test_the_view_stays_when_a_comparison_opens_swaps_and_closes(
     click(window, qtbot, "Close")
     qtbot.waitUntil(lambda: window.compare is None)
     assert view.eye.same_as(eye)
+
+
+def test_the_menu_of_steps_stays_in_the_window_and_shows_them(make_window, sphere, qtbot) -> None:
+    window = make_window(sphere, size=(1180, 800))
+    region(window, qtbot)
+    draw(window, qtbot, bow(window.viewport, (-0.12, 0.0), (0.12, 0.0)))
+    draw(window, qtbot, bow(window.viewport, (-0.12, 0.0), (0.12, 0.0), 0.4))
+    enter(window, qtbot)
+    qtbot.waitUntil(lambda: len(window.steps.pictures()) == 2)
+    qtbot.mouseClick(window.steps.compare, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: isinstance(QApplication.activePopupWidget(), QMenu))
+    menu = QApplication.activePopupWidget()
+    assert window.frameGeometry().contains(menu.geometry())
+    (row,) = menu.actions()
+    assert menu.actionGeometry(row).height() >= 30, "a picture that can be told from another"
+    menu.close()
+
+
+def test_what_is_kept_of_a_morph_leaves_the_keys_to_the_form(window: Window, qtbot) -> None:
+    view = window.viewport
+    region(window, qtbot)
+    draw(window, qtbot, bow(view, (-0.12, 0.0), (0.12, 0.0)))
+    draw(window, qtbot, bow(view, (-0.12, 0.0), (0.12, 0.0), 0.4))
+    enter(window, qtbot)
+    window.compare_with(min(window.session.history.moments))
+    qtbot.waitUntil(lambda: window.compare is not None and window.compare.isVisible())
+    morph = window.compare.morph
+    morph.form.setValue(50)
+    morph.keep.setFocus()
+    qtbot.mouseClick(morph.keep, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: len(window.session.document.recipe.steps) == 2)
+    assert window.focusWidget() is view
 
 
 def click(window: Window, qtbot, words: str) -> None:
