@@ -165,8 +165,8 @@ class OutlineAim:
 
     Parameters
     ----------
+    contour : of what can move beside the stroke, see `contour_beside`.
     mesh : the mesh.
-    roi : (m,) ids that can move.
     rest : (n, 3) the surface that the stroke deforms.
     stroke : anchors, view, target.
     amount : share of the way to the target.
@@ -176,14 +176,14 @@ class OutlineAim:
     places : how many there are at which the outline is measured.
     """
 
-    def __init__(self, mesh: Mesh, roi: I64, rest: F64, stroke: Stroke, amount: float) -> None:
+    def __init__(
+        self, contour: Contour, mesh: Mesh, rest: F64, stroke: Stroke, amount: float
+    ) -> None:
         view, closed = stroke.view, stroke.closed
         self.stroke = stroke
         self._amount = amount
+        self._contour = contour
         chain = rest[stroke.anchors]
-        reach = _BESIDE * float(np.linalg.norm(np.diff(chain, axis=0), axis=1).sum())
-        away = cKDTree(chain).query(rest[roi], distance_upper_bound=max(reach, 1e-300))[0]
-        self._contour = Contour.of(mesh, np.union1d(roi[np.isfinite(away)], stroke.anchors))
         here = view.project(chain)
         way = amount * (stroke.target - here)
         before = view.project(source_curve(chain, closed))
@@ -255,6 +255,22 @@ class OutlineAim:
         held = shift if self.stroke.weights is None else shift * self.stroke.weights
         target = self.stroke.target - (held / self._amount)[:, None] * self._outward
         return replace(self.stroke, target=target)
+
+
+def contour_beside(mesh: Mesh, roi: I64, rest: F64, anchors: I64) -> Contour:
+    """Return the contour of what can move and is beside a source: within half its length.
+
+    Parameters
+    ----------
+    mesh : the mesh.
+    roi : (m,) ids that can move.
+    rest : (n, 3) the surface that the stroke deforms.
+    anchors : (c,) ids of the stroke's anchors.
+    """
+    chain = rest[anchors]
+    reach = _BESIDE * float(np.linalg.norm(np.diff(chain, axis=0), axis=1).sum())
+    away = cKDTree(chain).query(rest[roi], distance_upper_bound=max(reach, 1e-300))[0]
+    return Contour.of(mesh, np.union1d(roi[np.isfinite(away)], anchors))
 
 
 def between(points: F64, closed: bool) -> F64:

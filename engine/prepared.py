@@ -10,7 +10,7 @@ import numpy as np
 
 from engine.arap import Polish
 from engine.arrays import B1, F64, I64
-from engine.contour import OutlineAim
+from engine.contour import Contour, OutlineAim, contour_beside
 from engine.decomposition import decompose_stream
 from engine.detail import Decomposition
 from engine.details import Details
@@ -195,6 +195,10 @@ class PreparedEdit:
         self.decomposition = surface.decomposition
         self.k = surface.k
         self._scale = surface.decomposition.region.scale
+        self._rest = self._placed(surface.rest)
+        # What strokes need to know, by their anchors: it takes longer to find than to move them.
+        self._places = Memo(32)
+        self._contours = Memo(8)
 
     def solve(self, strokes: Sequence[Stroke]) -> EditResult:
         """Return the surface for these targets.
@@ -212,8 +216,8 @@ class PreparedEdit:
         """
         moved = self._moved(strokes)
         if not moved.any():
-            level = self._placed(self._surface.rest)
-            return self._result(level, self._mesh.vertices, self._target_error(level, strokes))
+            error = self._target_error(self._rest, strokes)
+            return self._result(self._rest.copy(), self._mesh.vertices, error)
         moved, error = self._onto_outlines(moved, strokes)
         detailed = self.detailed(moved)
         return self._result(self._level(moved), self._placed(detailed), error)
@@ -231,7 +235,7 @@ class PreparedEdit:
         """Return all that strokes and pins ask for."""
         asked = strokes
         if self._twins is not None:
-            asked = self._twins.with_twins(strokes, self._placed(self._surface.rest))
+            asked = self._twins.with_twins(strokes, self._rest)
         aims = Rows.stacked([self._pin_rows(), *(self._sight_rows(s) for s in asked)])
         return Rows.stacked([aims.agreed(), *(self._depth_rows(s) for s in asked)])
 
@@ -241,9 +245,8 @@ class PreparedEdit:
         Anchors on an outline stay inside their targets by as much as the outline goes beyond.
         """
         amount, roi = self._options.amount, self.decomposition.roi
-        rest = self._placed(self._surface.rest)
         aims = {
-            i: OutlineAim(self._mesh, roi, rest, stroke, amount)
+            i: OutlineAim(self._contour_at(stroke.anchors), self._mesh, self._rest, stroke, amount)
             for i, stroke in enumerate(strokes)
             if stroke.outline
         }
@@ -266,6 +269,12 @@ class PreparedEdit:
 
         nearest, off = Outlines(aims, strokes, answer, ways, roi).met(moved, self._level(moved))
         return nearest, max(self._target_error(self._level(nearest), others), off)
+
+    def _contour_at(self, anchors: I64) -> Contour:
+        roi, rest = self.decomposition.roi, self._rest
+        return self._contours.get(
+            anchors.tobytes(), lambda: contour_beside(self._mesh, roi, rest, anchors)
+        )
 
     def _level(self, moved: F64) -> F64:
         """Return the surface at the level after a displacement (m, 3) in its frame, (n, 3)."""
@@ -316,7 +325,7 @@ class PreparedEdit:
     def _sight_rows(self, stroke: Stroke) -> Rows:
         """Return the rows of Eq. 17 for one stroke, `amount` of the way to its target."""
         inside, which = self._moving(stroke.anchors)
-        x = self._surface.rest[np.searchsorted(self.decomposition.roi, stroke.anchors[inside])]
+        x = self._rest[stroke.anchors[inside]]
         way = self._options.amount * (stroke.target[inside] - seen(stroke.view, x))
         weights = np.ones(len(x)) if stroke.weights is None else stroke.weights[inside]
         return sight_rows(stroke.view, x, way, self._scale, which, weights)
@@ -327,6 +336,9 @@ class PreparedEdit:
 
     def _moving(self, ids: I64) -> tuple[B1, I64]:
         """Return which vertices can move, and their places in the list of anchors."""
+        return self._places.get(ids.tobytes(), lambda: self._found(ids))
+
+    def _found(self, ids: I64) -> tuple[B1, I64]:
         roi = self.decomposition.roi
         inside = np.isin(ids, roi)
         return inside, np.searchsorted(self._handles.anchors, np.searchsorted(roi, ids[inside]))
@@ -344,8 +356,7 @@ class PreparedEdit:
     def _target_error(self, level: F64, strokes: Sequence[Stroke]) -> float:
         worst = 0.0
         for stroke in strokes:
-            rest = self._placed(self._surface.rest)[stroke.anchors]
-            here = stroke.view.project(rest)
+            here = stroke.view.project(self._rest[stroke.anchors])
             wanted = here + self._options.amount * (stroke.target - here)
             seen = stroke.view.project(level[stroke.anchors])
             away = np.linalg.norm(seen - wanted, axis=1)

@@ -7,7 +7,7 @@ import pytest
 
 from engine import SketchEdit, Stroke, resample_target, silhouette_chain
 from engine.arrays import F64
-from engine.contour import Contour, OutlineAim, reach_beyond
+from engine.contour import Contour, OutlineAim, contour_beside, reach_beyond
 from engine.outlines import Outlines
 from tests.engine.shapes import camera, sphere
 
@@ -68,7 +68,8 @@ def test_the_rates_are_those_of_the_outline_seen() -> None:
     """Against differences: the ball turned a little, out and along its outline."""
     stroke, _, _ = sheared(0.2)
     rest = BALL.vertices
-    aim = OutlineAim(BALL, ROI, rest, stroke, 1e-9)
+    beside = contour_beside(BALL, ROI, rest, stroke.anchors)
+    aim = OutlineAim(beside, BALL, rest, stroke, 1e-9)
     turn = np.cross(np.array([0.0, 0.0, 0.002]), rest[ROI])
     way = np.stack([0.002 * rest[ROI], turn + 0.001 * rest[ROI]])
     rates = aim.slopes(rest, way, ROI)
