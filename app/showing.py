@@ -129,7 +129,7 @@ class Showing(QObject):
         if subject is None:
             return
         self._decomposing.ask(subject)
-        self._solving.ask(subject)
+        self._solving.ask(subject, moving=self._previewed is not None)
         if self._document is not None and subject is self._document:
             self._solving.prepare_soon(self._document)
 

@@ -6,7 +6,16 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.decomposing import Decomposing
 from app.jobs import Jobs
-from engine import Document, EditOptions, EditResult, Mesh, SketchEdit, Source
+from engine import (
+    Document,
+    EditOptions,
+    EditResult,
+    LevelResult,
+    Mesh,
+    Run,
+    SketchEdit,
+    Source,
+)
 from engine.arrays import I64
 
 REST_MS = 150  # a level that stays this long is worth a factorisation
@@ -31,7 +40,7 @@ class Solving(QObject):
         self._jobs = jobs
         self._decomposing = decomposing
         self._wanted: Mesh | None = None
-        self._solved: tuple[Mesh, SketchEdit, EditResult] | None = None
+        self._solved: tuple[Mesh, SketchEdit, LevelResult] | None = None
         self._resting_on: Document | None = None
         self._prepared: Prepared | None = None
         self._rest = QTimer(self)
@@ -39,30 +48,42 @@ class Solving(QObject):
         self._rest.setInterval(REST_MS)
         self._rest.timeout.connect(self._rested)
 
-    def result_on(self, mesh: Mesh) -> EditResult | None:
+    def result_on(self, mesh: Mesh) -> LevelResult | None:
         """The newest result, if it is one of this mesh."""
         return self._solved[2] if self._solved is not None and self._solved[0] is mesh else None
 
-    def ask(self, document: Document) -> None:
-        """Solve the edit of a document, unless that is what was solved last."""
+    def ask(self, document: Document, moving: bool = False) -> None:
+        """Solve the edit of a document, unless that is what was solved last.
+
+        Parameters
+        ----------
+        moving : a hand is still at it: what follows it soon is better than what is exact.
+        """
         edit, mesh = document.draft.edit(), document.mesh
         if edit is None:
             self._jobs.cancel("solve")
             self._wanted = self._solved = None
             return
         self._wanted = mesh
-        if self._solved is not None and _same(self._solved[:2], (mesh, edit)):
-            return
+        before = self._solved
+        if before is not None and _same(before[:2], (mesh, edit)):
+            enough = moving or isinstance(before[2], EditResult)
+            if enough:
+                return
         known = self._decomposing.reaching(document)
 
-        def done(result: EditResult) -> None:
+        def solved(run: Run) -> LevelResult:
+            prepared = edit.prepare(mesh, run, known)
+            return (prepared.follow if moving else prepared.solve)(edit.strokes)
+
+        def done(result: LevelResult) -> None:
             if self._wanted is mesh:
                 self._solved = (mesh, edit, result)
                 self.solved.emit()
 
         self._jobs.submit(
             "solve",
-            lambda run: edit.prepare(mesh, run, known).solve(edit.strokes),
+            solved,
             done,
             self.failed.emit,
             priority=0,

@@ -48,7 +48,7 @@ from engine.prepared import PreparedEdit
 from engine.recipe import Kinds, Recipe, Step, UnknownStep, replay
 from engine.region import Region
 from engine.remesh import remesh
-from engine.result import EditResult
+from engine.result import EditResult, LevelResult
 from engine.run import Memo, Run
 from engine.selection import (
     connected_to,

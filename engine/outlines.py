@@ -88,18 +88,34 @@ class Outlines:
         ----------
         moved, level : (m, 3) and (n, 3) the answer to the strokes as they are.
         """
-        count = sum(len(self._strokes[i].anchors) for i in self._aims)
-        asked = Asked(np.zeros(count), moved, level, self._beyond(level))
+        asked = self._first(moved, level)
         if not self._seen(asked.beyond):
             return moved, 0.0
-        nearest = self._quickly(asked)
+        nearest = self._quickly(asked, _ROUNDS)
         if self._off(nearest.beyond) > MET_PX:
             nearest = self._downhill(nearest)
         return nearest.moved, self._off(nearest.beyond)
 
-    def _quickly(self, asked: Asked) -> Asked:
+    def nearer(self, moved: F64, level: F64) -> tuple[F64, float]:
+        """Return the displacement that one round gives, and how far outlines are off then, px.
+
+        Parameters
+        ----------
+        moved, level : (m, 3) and (n, 3) the answer to the strokes as they are.
+        """
+        asked = self._first(moved, level)
+        if not self._seen(asked.beyond):
+            return moved, 0.0
+        nearest = self._quickly(asked, 1)
+        return nearest.moved, self._off(nearest.beyond)
+
+    def _first(self, moved: F64, level: F64) -> Asked:
+        count = sum(len(self._strokes[i].anchors) for i in self._aims)
+        return Asked(np.zeros(count), moved, level, self._beyond(level))
+
+    def _quickly(self, asked: Asked, rounds: int) -> Asked:
         """Ask for what is left over in addition, as long as that helps."""
-        for _ in range(_ROUNDS):
+        for _ in range(rounds):
             off = self._off(asked.beyond)
             further = self._asked(asked.inwards + self._even(asked.beyond))
             now = np.inf if further is None else self._off(further.beyond)

@@ -21,7 +21,7 @@ from engine.mesh import Mesh
 from engine.mirror import Twins, mirrored_region
 from engine.outlines import Outlines
 from engine.rectify import ring_products, ring_rotations
-from engine.result import EditResult
+from engine.result import EditResult, LevelResult
 from engine.run import Memo, Run
 from engine.sight import depth_rows, seen, sight_rows
 from engine.threads import while_polling
@@ -222,6 +222,30 @@ class PreparedEdit:
         detailed = self.detailed(moved)
         return self._result(self._level(moved), self._placed(detailed), error)
 
+    def follow(self, strokes: Sequence[Stroke]) -> LevelResult:
+        """Return the surface at the level for targets that are still on their way.
+
+        Anchors meet their targets as in `solve`. Outlines come nearer by one round, which is most
+        of the way, and details stay off: for these `solve` takes up to ten times as long.
+
+        Parameters
+        ----------
+        strokes : with the anchors that were prepared; views and targets are free.
+
+        Raises
+        ------
+        SolveError
+            The deformed surface is not finite or runs away.
+        SketchError
+            A target lies behind the eye.
+        """
+        moved = self._moved(strokes)
+        if moved.any():
+            moved, error = self._onto_outlines(moved, strokes, coarse=True)
+        else:
+            error = self._target_error(self._rest, strokes)
+        return LevelResult(self._level(moved), error, self._mesh, self.decomposition.roi)
+
     def _moved(self, strokes: Sequence[Stroke]) -> F64:
         """Return the displacement (m, 3) that brings anchors to targets, in the region's frame."""
         rows = self._rows(strokes)
@@ -239,7 +263,9 @@ class PreparedEdit:
         aims = Rows.stacked([self._pin_rows(), *(self._sight_rows(s) for s in asked)])
         return Rows.stacked([aims.agreed(), *(self._depth_rows(s) for s in asked)])
 
-    def _onto_outlines(self, moved: F64, strokes: Sequence[Stroke]) -> tuple[F64, float]:
+    def _onto_outlines(
+        self, moved: F64, strokes: Sequence[Stroke], coarse: bool = False
+    ) -> tuple[F64, float]:
         """Move on until outlines lie on their targets; return the displacement and what is left.
 
         Anchors on an outline stay inside their targets by as much as the outline goes beyond.
@@ -267,7 +293,9 @@ class PreparedEdit:
             found = [self._handles.displacement(self._rows(each)) - start for each in further]
             return np.array(found) * self._scale
 
-        nearest, off = Outlines(aims, strokes, answer, ways, roi).met(moved, self._level(moved))
+        outlines = Outlines(aims, strokes, answer, ways, roi)
+        bring = outlines.nearer if coarse else outlines.met
+        nearest, off = bring(moved, self._level(moved))
         return nearest, max(self._target_error(self._level(nearest), others), off)
 
     def _contour_at(self, anchors: I64) -> Contour:
@@ -281,7 +309,7 @@ class PreparedEdit:
         return self._placed(self._surface.rest + moved * self._scale)
 
     def _result(self, level: F64, vertices: F64, error: float) -> EditResult:
-        return EditResult(level, vertices, error, self._mesh, self.decomposition.roi)
+        return EditResult(level, error, self._mesh, self.decomposition.roi, vertices)
 
     def _placed(self, positions: F64) -> F64:
         """Return positions (m, 3) of the region with everything else as it is, (n, 3)."""

@@ -1,4 +1,4 @@
-"""EditResult: the surface after an edit, and what it did to the surface."""
+"""EditResult: the surface after an edit, and what it did to it; LevelResult: at its level only."""
 
 from __future__ import annotations
 
@@ -14,13 +14,12 @@ from engine.mesh import Mesh
 
 
 @dataclass(frozen=True, eq=False)
-class EditResult:
-    """What an edit gives.
+class LevelResult:
+    """What an edit makes of the surface at its level.
 
     Parameters
     ----------
     level_vertices : (n, 3) the surface at the level, deformed, without the finer details.
-    vertices : (n, 3) with the details put back.
     target_error_px : largest distance of a reprojected anchor from its target, px; with `amount`,
         from its share of the way there. Of an outline as it is seen, where that has the target.
     mesh : the mesh before.
@@ -28,10 +27,21 @@ class EditResult:
     """
 
     level_vertices: F64
-    vertices: F64
     target_error_px: float
     mesh: Mesh
     roi: I64
+
+
+@dataclass(frozen=True, eq=False)
+class EditResult(LevelResult):
+    """What an edit gives.
+
+    Parameters
+    ----------
+    vertices : (n, 3) with the details put back.
+    """
+
+    vertices: F64
 
     @cached_property
     def stretch(self) -> Stretch:

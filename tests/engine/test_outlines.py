@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -62,6 +64,35 @@ def test_an_outline_pulled_aside_meets_its_target(monkeypatch: pytest.MonkeyPatc
     # The ball's edges are 13 to 20 px long, so its corners alone stand half a pixel off any curve.
     assert error < 0.6 * was
     assert met.target_error_px < 0.5 < before.target_error_px
+
+
+def test_a_target_on_its_way_is_followed_nearly_and_leaves_no_trace() -> None:
+    """One round brings the outline most of the way; what is solved after it is the same to the bit.
+
+    So a replay, that knows nothing of the hand's way, gives what the window gave.
+    """
+    strokes = [sheared(way)[0] for way in (0.1, 0.3, 0.2)]
+    prepared = SketchEdit(ROI, 0.0, (strokes[-1],)).prepare(BALL)
+    followed = [prepared.follow((stroke,)) for stroke in strokes]
+    solved = prepared.solve((strokes[-1],))
+    anew = SketchEdit(ROI, 0.0, (strokes[-1],)).prepare(BALL).solve((strokes[-1],))
+    assert (solved.vertices == anew.vertices).all()
+    assert (solved.level_vertices == anew.level_vertices).all()
+    _, path, normals = sheared(0.2)
+    plain = replace(strokes[-1], outline=False)
+    left, was, whole = (
+        float(np.nanmax(np.abs(off_path(r.level_vertices, path, normals))))
+        for r in (followed[-1], prepared.follow((plain,)), solved)
+    )
+    print(left, was, whole)
+    assert left < 0.5 * was
+
+
+def test_a_target_that_stays_is_followed_nowhere() -> None:
+    stroke = sheared(0.2)[0]
+    still = replace(stroke, target=stroke.view.project(BALL.vertices[stroke.anchors]))
+    edit = SketchEdit(ROI, 1.0, (still,))
+    assert (edit.prepare(BALL).follow((still,)).level_vertices == BALL.vertices).all()
 
 
 def test_the_rates_are_those_of_the_outline_seen() -> None:
