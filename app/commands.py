@@ -102,14 +102,14 @@ def _edit(window: Window) -> list[Action]:
         return session.history is not None and session.history.can_redo
 
     def can_apply(_document: Document | None) -> bool:
-        return window.toolhost.can_enter()
+        return window.key_hand.down or window.toolhost.can_enter()
 
     return [
         Action("edit.undo", "Undo", session.undo, ("Ctrl+Z",), "mdi6.undo", can_undo, menu,
                repeats=True),
         Action("edit.redo", "Redo", session.redo, ("Ctrl+Shift+Z", "Ctrl+Y"), "mdi6.redo",
                can_redo, menu, repeats=True),
-        Action("edit.apply", "Apply", window.toolhost.enter, ("Return", "Enter"), "mdi6.check",
+        Action("edit.apply", "Apply", window.enter, ("Return", "Enter"), "mdi6.check",
                can_apply, menu),
         Action("edit.back", "One step back", window.escape, ("Esc",), "mdi6.arrow-left",
                with_document, menu),

@@ -33,7 +33,6 @@ _ARROWS = {
     _Key.Key_Up: (0, -1),
     _Key.Key_Down: (0, 1),
 }
-_ENTERS = (_Key.Key_Return, _Key.Key_Enter)
 _TAKES_OVER = (QEvent.Type.MouseButtonPress, QEvent.Type.TabletPress, QEvent.Type.TouchBegin)
 
 
@@ -106,18 +105,10 @@ class KeyHand(QObject):
             self.switch()
             return False
         take = {
-            QEvent.Type.ShortcutOverride: self._override,
             QEvent.Type.KeyPress: self._key_press,
             QEvent.Type.KeyRelease: self._key_release,
         }.get(kind)
         return take is not None and take(event)
-
-    def _override(self, event: Any) -> bool:
-        """Enter ends a curve before it applies anything."""
-        if self.down and event.key() in _ENTERS:
-            event.accept()
-            return True
-        return False
 
     def _key_press(self, event: Any) -> bool:
         key, modifiers = event.key(), event.modifiers()
@@ -130,8 +121,6 @@ class KeyHand(QObject):
         elif key == _Key.Key_Space:
             if not event.isAutoRepeat():
                 self._space(modifiers)
-        elif key in _ENTERS and self.down:
-            self._end()
         else:
             return False
         return True
@@ -159,7 +148,7 @@ class KeyHand(QObject):
         if not self.down:
             self._begin(modifiers)
         elif self._role is None:
-            self._end()
+            self.end()
         elif self.at != self.points[-1]:
             self.points.append(self.at)
             self._show()
@@ -183,7 +172,7 @@ class KeyHand(QObject):
         self._show()
         self.changed.emit()
 
-    def _end(self) -> None:
+    def end(self) -> None:
         """Let the tool have the curve, or let go of what it holds."""
         assert self.at is not None
         if self._role is not None:

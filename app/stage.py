@@ -49,7 +49,7 @@ class Stage(QObject):
         self._roi: object = None
         self._plane: tuple[float, ...] | None = None
         self._plane_pointed = False
-        self._ghost_of: tuple[Mesh | None, I64 | None] = (None, None)
+        self._ghost_of: tuple[Mesh | None, F64 | None] = (None, None)  # and the base
         self._clock = QTimer(self)
         self._clock.setInterval(FRAME_MS)
         self._clock.timeout.connect(self._frame)
@@ -220,11 +220,11 @@ class Stage(QObject):
         lying = document.draft.roi is not None and not self._original and not self.base_alone
         lying = lying and not self._session.rests_on_details
         wanted = document.mesh if lying else None
-        of = wanted, document.draft.roi if lying else None
+        known = self._session.decomposition if lying else None
+        of = wanted, None if known is None else known.base
         if any(now is not before for now, before in zip(of, self._ghost_of, strict=True)):
             self._ghost_of = of
             apart = self._apart if wanted is self._mesh else None
-            known = self._session.decomposition
             plain = None if known is None else (known.roi, known.base)
             self._viewport.ghost(None if wanted is None else wanted.vertices, apart, plain)
 

@@ -147,7 +147,7 @@ class Window(QMainWindow):
         self.viewport.alt_scrolled.connect(self._level_by_wheel)
         self.viewport.rested.connect(self.plate.settle)
         self.status.size_asked.connect(self.opening.tell)
-        self.edit.apply_asked.connect(host.enter)
+        self.edit.apply_asked.connect(self.enter)
         self.edit.plane_pointed.connect(self.stage.point_out_plane)
         self.steps.compare_asked.connect(self.compare_with)
         self.level.set_viewer(self.modes)
@@ -310,6 +310,13 @@ class Window(QMainWindow):
             # What was said about the last stroke is no longer of use.
             self.hint.set_notice("")
         self._soon.start()
+
+    def enter(self) -> None:
+        """End the curve that keys draw, or apply what the tool in hand has to apply."""
+        if self.key_hand.down:
+            self.key_hand.end()
+        else:
+            self.toolhost.enter()
 
     def escape(self) -> None:
         """Close the gesture under way, or go one step back."""

@@ -107,7 +107,7 @@ def test_the_handle_follows_the_arrows(window: Window, qtbot) -> None:
     qtbot.waitUntil(lambda: len(session.document.recipe.steps) == 1)
     step = session.document.recipe.steps[0]
     assert step.kind == "handle"
-    drag = view.view().project(view.vertices[step.patch])
+    drag = view.view().project(session.document.mesh.vertices[step.patch])
     was = view.view().project(session.document.original.vertices[step.patch])
     # A drag is parallel to the picture: near to the middle of a patch it is what the arrows went.
     assert np.median(drag - was, axis=0) == pytest.approx((24, -24), abs=3)
@@ -169,6 +169,20 @@ def test_two_arrows_at_once_go_aslant_and_the_cross_stays_in_the_picture(
     go(window, "90r 90d")
     assert 0 < hand.at[0] < view.width()
     assert 0 < hand.at[1] < view.height()
+
+
+def test_the_hint_can_be_clicked_to_end_a_curve(window: Window, qtbot) -> None:
+    view = window.viewport
+    press(view, Qt.Key.Key_K)
+    points(window, "6r 6d", "6l 6d")
+    go(window, "6l 6u")
+    rest(window, qtbot)
+    place = window.hint.place_of("edit.apply")
+    assert place is not None
+    qtbot.mouseClick(view, Qt.MouseButton.LeftButton, pos=place.toPoint())
+    rest(window, qtbot)
+    assert window.session.document.draft.roi is not None
+    assert window.key_hand.on, "a click on words is no stroke"
 
 
 def test_escape_drops_a_curve_and_the_mouse_takes_over(window: Window, qtbot) -> None:

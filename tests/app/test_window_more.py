@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QComboBox, QPushButton, QToolButton
 
 from app.panels.level import place_of
 from app.window import Window
+from engine.outlines import Outlines
 from engine.silhouette import outline_edges
 from tests.app.designing import curve, enter, option, region
 from tests.app.driving import Mouse, circle, picture, settled
@@ -143,7 +144,7 @@ def test_a_curve_is_put_aside_and_acts_again(make_window, sphere, qtbot, artefac
     ("how", "theme", "off"), [("option", "dark", 8), ("alt", "light", 8), ("by itself", "dark", -5)]
 )
 def test_a_stroke_along_the_outline_snaps_to_it(
-    make_window, sphere, qtbot, artefacts: Path, theme: str, how: str, off: int
+    make_window, sphere, qtbot, artefacts: Path, monkeypatch, theme: str, how: str, off: int
 ) -> None:
     window = make_window(sphere, theme)
     session, view = window.session, window.viewport
@@ -184,6 +185,19 @@ def test_a_stroke_along_the_outline_snaps_to_it(
     assert after[:, 0].max() > seen[:, 0].max() + 10, "the outline bulges"
     assert session.document.draft.strokes[0].outline, "the outline meets the target"
     assert session.target_error < 0.5
+
+    # While a hand drags it the outline is only brought near, here not at all, so that it would be
+    # seen: what stays is what a replay gives.
+    monkeypatch.setattr(Outlines, "nearer", lambda self, moved, level: (moved, 99.0))
+    target = session.document.draft.strokes[0].target
+    held, aside = target[len(target) // 2], np.array([12.0, 0.0])
+    Mouse().stroke(window, [held, held + aside, held + 2 * aside])
+    qtbot.waitUntil(settled(window))
+    edit = session.document.draft.edit()
+    assert edit.strokes[0].target is not target
+    whole = edit.prepare(session.document.mesh).solve(edit.strokes)
+    assert (session.shown.vertices == whole.level_vertices).all()
+    assert session.target_error == whole.target_error_px
 
     # From elsewhere the anchors are on no outline: drawn again there, they meet the target.
     window.actions_table.trigger("view.back")
