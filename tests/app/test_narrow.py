@@ -53,7 +53,9 @@ def test_a_control_that_the_keys_go_to_is_seen(make_window, sphere, qtbot) -> No
     rest(window, qtbot)
     first = window.strip.findChild(QDoubleSpinBox, "option large")
     last = window.strip.findChild(QDoubleSpinBox, "option fine")
-    qtbot.waitUntil(lambda: inside(window, first) and first.isVisible() and not inside(window, last))
+    qtbot.waitUntil(
+        lambda: inside(window, first) and first.isVisible() and not inside(window, last)
+    )
     first.setFocus()
     for _ in range(3):
         qtbot.keyClick(window.focusWidget(), Qt.Key.Key_Tab)
