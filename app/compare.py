@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.look import Theme
+from app.overlying import Overlying
 from app.panels.panel import GRID, plain_number
 from app.panels.shelf import Shelf
 from app.session import Session
@@ -35,19 +36,12 @@ ROOM_FOR_CUBE = 360  # px, beside the words and the buttons
 HEIGHT = 44  # of the bar, as of the one above the form
 
 
-class Header(QFrame):
+class Header(Overlying):
     """Words, and buttons if there are any, at the upper left of a viewport."""
 
     def __init__(self, over: QWidget) -> None:
-        super().__init__(over)
-        self._over = over
+        super().__init__(over, "header")
         self._text = ""
-        over.installEventFilter(self)
-        self.setObjectName("header")
-        self.setStyleSheet(
-            "#header { background: palette(window); border: 1px solid palette(mid);"
-            " border-radius: 8px; }"
-        )
         self._words = QLabel(self)
         self._words.setStyleSheet("font-weight: 600;")
         self._row = QHBoxLayout(self)
@@ -55,7 +49,6 @@ class Header(QFrame):
         self._row.setSpacing(8)
         self._row.addWidget(self._words)
         self.move(MARGIN, MARGIN)
-        self.hide()
 
     def add(self, words: str, tip: str, clicked: Callable[[], object]) -> None:
         """Put a button behind the words."""

@@ -5,30 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from PySide6.QtCore import QEvent, QObject, QSize, Qt, QTimer
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QHideEvent
-from PySide6.QtWidgets import (
-    QFrame,
-    QGridLayout,
-    QHBoxLayout,
-    QLabel,
-    QPushButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
-from app.free_place import MARGIN, beside, covered, free_place
+from app.free_place import MARGIN
+from app.overlying import Evasive
 from engine.arrays import F64
 
 WIDTHS = 520, 360, 280
 NARROWEST = 160
-_MOVES = (QEvent.Type.Move, QEvent.Type.Resize, QEvent.Type.Show)
-_DIRECT = Qt.FindChildOption.FindDirectChildrenOnly
 BESIDE = 28  # px of the plate beside its words
 MOST_LINES = 8
 
 
-class Plate(QFrame):
+class Plate(Evasive):
     """Lies in a corner of what it is over, where it does not cover the form; one at a time.
 
     Parameters
@@ -38,28 +29,11 @@ class Plate(QFrame):
     """
 
     def __init__(self, over: QWidget, form: Callable[[], F64] = lambda: np.zeros((0, 2))) -> None:
-        super().__init__(over)
-        self._over = over
-        self._form = form
-        # Not QTimer.singleShot: it keeps what it has called, and with it the whole window.
-        self._soon = QTimer(self)
-        self._soon.setSingleShot(True)
-        self._soon.timeout.connect(self.settle)
-        # A pen on the plate does not draw on the form below it.
-        self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
-        self.setObjectName("plate")
-        self.setStyleSheet(
-            "#plate { background: palette(window); border: 1px solid palette(mid);"
-            " border-radius: 8px; }"
-        )
-        self.setCursor(Qt.CursorShape.ArrowCursor)
-        self._title = QLabel(self)
+        super().__init__(over, "plate", form=form)
+        self._title = self.plain_label()
         self._title.setStyleSheet("font-weight: 600;")
-        self._text = QLabel(self)
+        self._text = self.plain_label()
         self._text.setWordWrap(True)
-        # A file's name may look like markup.
-        for label in (self._title, self._text):
-            label.setTextFormat(Qt.TextFormat.PlainText)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._grid = QGridLayout()
         self._grid.setSpacing(8)
@@ -73,8 +47,6 @@ class Plate(QFrame):
         row.addLayout(self._grid)
         column.addLayout(row)
         self.buttons: dict[str, QPushButton] = {}
-        self.hide()
-        over.installEventFilter(self)
 
     @property
     def text(self) -> str:
@@ -99,30 +71,7 @@ class Plate(QFrame):
             button.clicked.connect(lambda _on=False, call=callback: call())
             self.buttons[words] = button
         self.setAccessibleName(title)
-        for one in self._over.findChildren(QWidget, options=_DIRECT):
-            if one is not self:
-                one.installEventFilter(self)  # once, however often it is asked for
-        self.show()
-        self._place()
-        # The view may still be on its way to what was opened.
-        self._soon.start()
-
-    def settle(self) -> None:
-        """Go out of the way of what it covers now: the form, the hint, a bar."""
-        if not self.isVisible():
-            return
-        others = [one.geometry() for one in beside(self)]
-        if covered(self.geometry(), others, self._form()) > 0:
-            self._place()
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Stay in place when the viewport changes its size, and out of the way of others there."""
-        if self.isVisible():
-            if watched is self._over and event.type() == QEvent.Type.Resize:
-                self._place()
-            elif watched is not self._over and event.type() in _MOVES:
-                self._soon.start()
-        return super().eventFilter(watched, event)
+        self.appear()
 
     def hideEvent(self, event: QHideEvent) -> None:
         """Give the keys to the form, not to whatever comes next in the window."""
@@ -130,20 +79,15 @@ class Plate(QFrame):
         if self._over.isVisible():
             self._over.setFocus()
 
-    def _place(self) -> None:
+    def widths(self) -> list[int]:
+        """Return the widths it may have now, px, the best first."""
         most = self._over.width() - 2 * MARGIN
-        widths = [max(min(wide, most), NARROWEST) for wide in WIDTHS]
-        sizes = [self._taken(wide) for wide in widths]
-        others = [one.geometry() for one in beside(self)]
-        which, corner = free_place(self._over.size(), sizes, others, self._form())
-        self._taken(widths[which])
-        self.move(corner)
-        self.raise_()
+        return [max(min(wide, most), NARROWEST) for wide in WIDTHS]
 
-    def _taken(self, wide: int) -> QSize:
-        """Take a width; return the size with it."""
-        self.setFixedWidth(wide)
-        inside = wide - BESIDE
+    def laid_out(self, width: int) -> QSize:
+        """Lay out the words and buttons for a width; return the size that takes."""
+        self.setFixedWidth(width)
+        inside = width - BESIDE
         self._text.setFixedSize(inside, self._text.heightForWidth(inside))
         buttons = list(self.buttons.values())
         widest = [button.sizeHint().width() for button in buttons]

@@ -6,11 +6,12 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-from PySide6.QtCore import QEvent, QObject, QSize, Qt, QTimer
+from PySide6.QtCore import QObject, QSize, Qt
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QBoxLayout, QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QPushButton, QWidget
 
-from app.free_place import MARGIN, beside, free_place
+from app.free_place import MARGIN
+from app.overlying import Evasive
 from app.viewport.cube import SIZE as CUBE
 from engine.arrays import F64
 from engine.files.report import shown
@@ -22,7 +23,7 @@ BLOCKS = 400, 280  # px wide, where a line would cover the form
 BESIDE_CUBE = 420
 
 
-class RecoveryBar(QFrame):
+class RecoveryBar(Evasive):
     """One line with its buttons, or a block of it, where it does not cover the form.
 
     Parameters
@@ -32,25 +33,9 @@ class RecoveryBar(QFrame):
     """
 
     def __init__(self, over: QWidget, form: Callable[[], F64] = lambda: np.zeros((0, 2))) -> None:
-        super().__init__(over)
-        self._over = over
-        self._form = form
-        # Not QTimer.singleShot: it keeps what it has called, and with it the whole window.
-        self._soon = QTimer(self)
-        self._soon.setSingleShot(True)
-        self._soon.timeout.connect(self._place)
-        # A pen on the bar does not draw on the form below it.
-        self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
-        self.setObjectName("recovery")
+        super().__init__(over, "recovery", "highlight", form)
         self.setAccessibleName("Restore unsaved work")
-        self.setCursor(Qt.CursorShape.ArrowCursor)
-        self.setStyleSheet(
-            "#recovery { background: palette(window); border: 1px solid palette(highlight);"
-            " border-radius: 8px; }"
-        )
-        self._text = QLabel(self)
-        # A file's name may look like markup.
-        self._text.setTextFormat(Qt.TextFormat.PlainText)
+        self._text = self.plain_label()
         self._text.setWordWrap(True)
         self._row = QHBoxLayout()
         self._row.setSpacing(8)
@@ -60,8 +45,6 @@ class RecoveryBar(QFrame):
         self._both.addWidget(self._text, 1)
         self._both.addLayout(self._row)
         self.buttons: dict[str, QPushButton] = {}
-        self.hide()
-        over.installEventFilter(self)
 
     @property
     def text(self) -> str:
@@ -81,42 +64,25 @@ class RecoveryBar(QFrame):
             button.clicked.connect(lambda _checked=False, call=callback: call())
             self._row.addWidget(button)
             self.buttons[title] = button
-        self.show()
-        self._place()
+        self.appear()
 
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Stay in place when what is below changes its size."""
-        if event.type() == QEvent.Type.Resize and self.isVisible():
-            self._soon.start()  # once all else that lies there has followed
-        return super().eventFilter(watched, event)
-
-    def _place(self) -> None:
+    def widths(self) -> list[int]:
+        """Return the widths it may have now, px, the best first."""
         over = self._over
         # The view cube keeps its corner where there is room for both.
         room = over.width() - CUBE - 3 * MARGIN
         if room < BESIDE_CUBE:
             room = over.width() - 2 * MARGIN
         line = max(200, min(WIDEST, room))
-        widths = [line, *(width for width in BLOCKS if width < line)]
-        taken = [one.geometry() for one in beside(self)]
-        sizes = [self._taken(width) for width in widths]
-        which, corner = free_place(over.size(), sizes, taken, self._form())
-        self.setFixedSize(self._taken(widths[which]))
-        self.move(corner)
-        self.raise_()
+        return [line, *(width for width in BLOCKS if width < line)]
 
-    def _taken(self, width: int) -> QSize:
-        """Lie within a width; return the size with it."""
+    def laid_out(self, width: int) -> QSize:
+        """Lay out the words and buttons for a width; return the size that takes."""
         # In little width the buttons stand below the sentence, none of them cut off.
         direction = QBoxLayout.Direction
         wide = width > NARROW
         self._both.setDirection(direction.LeftToRight if wide else direction.TopToBottom)
         return QSize(width, self._both.totalHeightForWidth(width))
-
-    def settle(self) -> None:
-        """Go out of the way of a form that has just come."""
-        if self.isVisible():
-            self._soon.start()
 
 
 class RecoveryOffers(QObject):

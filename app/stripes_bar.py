@@ -6,8 +6,9 @@ import typing
 from dataclasses import replace
 
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QSlider
+from PySide6.QtWidgets import QHBoxLayout, QSlider
 
+from app.overlying import Overlying
 from app.panels.panel import GRID, Choice
 from app.viewport import Viewport
 from app.viewport.overlay import LEGEND_ABOVE
@@ -16,20 +17,12 @@ from app.viewport.shading import FEWEST, MOST, Way
 MARGIN = 12
 
 
-class StripesBar(QFrame):
+class StripesBar(Overlying):
     """Lies where a map has its scale; there while the form is seen in stripes or lines."""
 
     def __init__(self, viewport: Viewport) -> None:
-        super().__init__(viewport)
+        super().__init__(viewport, "stripes")
         self._viewport = viewport
-        # A pen on the bar does not draw on the form below it.
-        self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
-        self.setObjectName("stripes")
-        self.setStyleSheet(
-            "#stripes { background: palette(window); border: 1px solid palette(mid);"
-            " border-radius: 8px; }"
-        )
-        self.setCursor(Qt.CursorShape.ArrowCursor)
         self.setAccessibleName("Stripes")
         self.way = Choice(self)
         for way in typing.get_args(Way):
@@ -49,8 +42,6 @@ class StripesBar(QFrame):
         row.setSpacing(GRID)
         row.addWidget(self.way)
         row.addWidget(self.count)
-        self.hide()
-        viewport.installEventFilter(self)
         viewport.looks_changed.connect(self.refresh)
 
     def refresh(self) -> None:
