@@ -111,6 +111,10 @@ class ToolContext(QObject):
         """Ids of the vertices within `radius` px of a pixel."""
         return self._canvas.vertices_near(x, y, radius, through)
 
+    def faces_at(self, points: F64) -> I64:
+        """Ids of the visible faces at many pixels, -1 for none."""
+        return self._canvas.faces_at(points)
+
     def faces_under(self, path: F64) -> I64:
         """Ids of the visible faces below a path."""
         return self._canvas.faces_under(path)

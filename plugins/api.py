@@ -176,6 +176,10 @@ class Context(Protocol):
         """Return ids of the vertices within `radius` px of a pixel, the visible ones or all."""
         ...
 
+    def faces_at(self, points: F64) -> I64:
+        """Return the id of the visible face at each of many pixels (p, 2), (p,); -1 for none."""
+        ...
+
     def faces_under(self, path: F64) -> I64:
         """Return ids of the visible faces below a path (p, 2) px, in the path's order."""
         ...

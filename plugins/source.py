@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -172,15 +171,16 @@ def _on_surface(context: Context, path: F64, roi: I64, closed: bool) -> I64:
 
 def _under(context: Context, path: F64, roi: I64) -> tuple[float, float]:
     """Return which shares of a path (p, 2) px lie on the region, and beside the form."""
-    pieces = min(max(2, round(lengths(path)[-1] / SAMPLE)), SAMPLES)
-    at = np.linspace(0, len(path) - 1, pieces + 1).round().astype(int)
+    along = lengths(path)
+    pieces = min(max(2, round(along[-1] / SAMPLE)), SAMPLES)
+    at = np.linspace(0, along[-1], pieces * max(1, round(2 * along[-1] / pieces)) + 1)[:-1]
+    faces = context.faces_at(np.stack([np.interp(at, along, path[:, k]) for k in range(2)], axis=1))
     inside = np.zeros(context.shown.n, dtype=bool)
     inside[roi] = True
-    corners = context.shown.faces
-    met = [context.faces_under(path[a : b + 1]) for a, b in pairwise(at)]
-    held = [bool(inside[corners[faces]].all(axis=1).any()) for faces in met]
-    missed = [len(faces) == 0 for faces in met]
-    return float(np.mean(held)), float(np.mean(missed))
+    held = (faces >= 0) & inside[context.shown.faces[faces]].all(axis=1)
+    by_piece = (pieces, -1)
+    missed = (faces < 0).reshape(by_piece).all(axis=1)
+    return float(held.reshape(by_piece).any(axis=1).mean()), float(missed.mean())
 
 
 def _on_outline(context: Context, path: F64, roi: I64, closed: bool, meant: bool) -> I64 | None:

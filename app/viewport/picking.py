@@ -183,15 +183,19 @@ class Sight:
     def _deepest(self) -> NDArray[np.float32]:
         return deepest(self.ids, self.screen, self.faces)
 
-    def face_at(self, x: float, y: float) -> int:
-        """Return the id of the triangle seen at a logical pixel, or -1."""
+    def faces_at(self, points: ArrayLike) -> I64:
+        """Return the id of the triangle seen at each of many logical pixels (p, 2), (p,), or -1."""
+        p = np.atleast_2d(np.asarray(points, dtype=np.float64))
+        pixel = np.floor(p * self.scale).astype(np.int64)
         height, width = self.ids.shape
-        i, j = int(np.floor(x * self.scale)), int(np.floor(y * self.scale))
-        return int(self.ids[j, i]) if 0 <= i < width and 0 <= j < height else -1
+        there = (pixel >= 0).all(axis=1) & (pixel[:, 0] < width) & (pixel[:, 1] < height)
+        found = np.full(len(p), -1, dtype=np.int64)
+        found[there] = self.ids[pixel[there, 1], pixel[there, 0]]
+        return found
 
     def pick(self, x: float, y: float) -> Hit | None:
         """Return the face, its nearest vertex and the point on it at a logical pixel."""
-        middle = self.face_at(x, y)
+        middle = int(self.faces_at((x, y))[0])
         if middle < 0:
             return None
         face, shares = self._under(x, y, middle)
@@ -233,14 +237,10 @@ class Sight:
 
         The background is left out; a triangle comes again when the path comes back to it.
         """
-        p = np.atleast_2d(np.asarray(path, dtype=np.float64)) * self.scale
-        steps = np.maximum(1, np.ceil(2 * np.linalg.norm(np.diff(p, axis=0), axis=1))).astype(int)
-        at = np.concatenate([[0.0], np.cumsum(steps)])
+        p = np.atleast_2d(np.asarray(path, dtype=np.float64))
+        apart = np.linalg.norm(np.diff(p, axis=0), axis=1) * self.scale
+        at = np.concatenate([[0.0], np.cumsum(np.maximum(1, np.ceil(2 * apart)))])
         dense = np.stack([np.interp(np.arange(at[-1] + 1), at, p[:, k]) for k in range(2)], axis=1)
-        pixel = np.floor(dense).astype(np.int64)
-        height, width = self.ids.shape
-        there = (pixel >= 0).all(axis=1) & (pixel[:, 0] < width) & (pixel[:, 1] < height)
-        pixel = pixel[there]
-        seen = self.ids[pixel[:, 1], pixel[:, 0]]
-        seen = seen[seen >= 0].astype(np.int64)
+        seen = self.faces_at(dense)
+        seen = seen[seen >= 0]
         return seen[np.concatenate([[True], seen[1:] != seen[:-1]])] if len(seen) else seen

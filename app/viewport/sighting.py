@@ -152,6 +152,11 @@ class Sighting(Layers):
         sight = self.sight()
         return _NONE if sight is None else sight.vertices_near(x, y, radius, through)
 
+    def faces_at(self, points: ArrayLike) -> I64:
+        """Return the id of the visible triangle at each of points (p, 2), (p,); -1 for none."""
+        sight = self.sight()
+        return np.full(len(np.atleast_2d(points)), -1) if sight is None else sight.faces_at(points)
+
     def faces_under(self, path: ArrayLike) -> I64:
         """Return ids of the visible triangles below a path (p, 2), in the path's order."""
         sight = self.sight()

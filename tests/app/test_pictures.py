@@ -54,7 +54,7 @@ def test_the_camera_is_the_view(name: str) -> None:
     seen = np.unique(sight.ids[sight.ids >= 0])
     middles = mesh.vertices[mesh.faces[seen]].mean(axis=1)
     places = view.project(middles)
-    found = [sight.face_at(x, y) for x, y in places]
+    found = sight.faces_at(places).tolist()
     a, b, c = (view.project(mesh.vertices[mesh.faces[seen, i]]) for i in range(3))
     (ux, uy), (vx, vy) = (b - a).T, (c - a).T
     # At the silhouette triangles are thinner than a pixel.

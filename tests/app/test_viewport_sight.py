@@ -175,6 +175,11 @@ def test_faces_under_a_path_come_in_its_order(stage):
     assert np.corrcoef(centres[:, 0], np.arange(len(faces)))[0, 1] > 0.99
     assert (viewport.faces_under(path[::-1]) == faces[::-1]).mean() > 0.9
     assert len(viewport.faces_under([[1, 1], [3, 1]])) == 0
+    outside = [[-5.0, 10.0], [10.0, -0.5], [viewport.width() + 0.5, 10.0], [1e9, 1e9], [1.0, 1.0]]
+    middles = np.floor(path) + 0.5
+    found = viewport.faces_at([*middles, *outside])
+    assert found[:12].tolist() == [viewport.pick(*point).face for point in middles]
+    assert (found[12:] == -1).all()
 
 
 def test_brush_touches_visible_vertices_within_its_radius(stage):

@@ -74,20 +74,23 @@ class FlatContext:
         seen = self.view.project(self.shown.vertices)
         return np.flatnonzero(np.linalg.norm(seen - (x, y), axis=1) <= radius)
 
-    def faces_under(self, path: np.ndarray) -> np.ndarray:
-        seen = self.view.project(self.shown.vertices)
-        corners = seen[self.shown.faces]
-        length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
-        t = np.linspace(0, 1, int(length) + 2)
-        s = np.concatenate([[0], np.linalg.norm(np.diff(path, axis=0), axis=1).cumsum()]) / length
+    def faces_at(self, points: np.ndarray) -> np.ndarray:
+        corners = self.view.project(self.shown.vertices)[self.shown.faces]
         found = []
-        for at in np.column_stack([np.interp(t, s, path[:, 0]), np.interp(t, s, path[:, 1])]):
+        for at in points:
             e = [corners[:, (k + 1) % 3] - corners[:, k] for k in range(3)]
             r = [at - corners[:, k] for k in range(3)]
             side = [a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0] for a, b in zip(e, r, strict=True)]
             inside = np.all([q >= 0 for q in side], axis=0) | np.all([q <= 0 for q in side], axis=0)
-            found += np.flatnonzero(inside)[:1].tolist()
-        ids = np.array(found, dtype=np.int64)
+            found += [*np.flatnonzero(inside)[:1], -1][:1]
+        return np.array(found, dtype=np.int64)
+
+    def faces_under(self, path: np.ndarray) -> np.ndarray:
+        length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
+        t = np.linspace(0, 1, int(length) + 2)
+        s = np.concatenate([[0], np.linalg.norm(np.diff(path, axis=0), axis=1).cumsum()]) / length
+        ids = self.faces_at(np.column_stack([np.interp(t, s, path[:, k]) for k in range(2)]))
+        ids = ids[ids >= 0]
         return ids[np.append(True, np.diff(ids) != 0)] if len(ids) else ids
 
     def draw(self, path: np.ndarray, role: str, closed: bool = False) -> None:
