@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
+import weakref
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
 from typing import Any
@@ -122,7 +123,7 @@ class Jobs(QObject):
     ) -> Job:
         """Queue `work`; it takes the place of whatever waits or runs in the same channel."""
         job = Job(channel, work, done, failed, priority, urgent, overtakable, finished, stuck)
-        job.run = Run(lambda fraction, text: self._ticked(job, fraction, text), self.memo)
+        job.run = Run(self._reporter(job), self.memo)
         with self._wake:
             before = self._newest.get(channel)
             if before is not None and before.overtakable and before not in self._waiting:
@@ -137,6 +138,21 @@ class Jobs(QObject):
         if before is None:
             self.began.emit(channel)
         return job
+
+    def _reporter(self, job: Job) -> Callable[[float, str], None]:
+        """Return what the run of a job reports to.
+
+        It does not hold the job, which holds the run: what the job was made for, and what it made,
+        goes with it, not when the collector next comes.
+        """
+        its = weakref.ref(job)
+
+        def report(fraction: float, text: str) -> None:
+            working = its()
+            if working is not None:
+                self._ticked(working, fraction, text)
+
+        return report
 
     def cancel(self, channel: str, *, asked: bool = False) -> None:
         """Stop what waits or runs in a channel; its results are not delivered any more.
@@ -237,21 +253,26 @@ class Jobs(QObject):
     # ---- engine thread
 
     def _serve(self, worker: Worker) -> None:
-        while True:
-            with self._wake:
-                self._wake.wait_for(
-                    lambda: self._stopping or worker.left or self._waiting or self._broken_off
-                )
-                if worker.left:
-                    return
-                broken_off = self._broken_off.pop() if self._broken_off else None
-                if broken_off is None and self._stopping:
-                    return
-                job = self._take() if broken_off is None else None
-            if broken_off is not None:
-                self._close(broken_off, worker)
-            elif job is not None:
-                self._advance(job, worker)
+        while self._serve_one(worker):
+            pass  # between two jobs nothing is held of the one before
+
+    def _serve_one(self, worker: Worker) -> bool:
+        """Wait for one job and do it; return whether the thread goes on."""
+        with self._wake:
+            self._wake.wait_for(
+                lambda: self._stopping or worker.left or self._waiting or self._broken_off
+            )
+            if worker.left:
+                return False
+            broken_off = self._broken_off.pop() if self._broken_off else None
+            if broken_off is None and self._stopping:
+                return False
+            job = self._take() if broken_off is None else None
+        if broken_off is not None:
+            self._close(broken_off, worker)
+        elif job is not None:
+            self._advance(job, worker)
+        return True
 
     def _take(self, urgent_below: int | None = None) -> Job | None:
         """Remove and return the first job in line; with `urgent_below` only an urgent one."""
@@ -309,10 +330,7 @@ class Jobs(QObject):
                 self._wake.notify()
 
     def _close(self, job: Job, worker: Worker) -> None:
-        """End a stream that nobody wants any more of: its own threads and factors go now.
-
-        A job and its run hold each other, so that the collector would come for them much later.
-        """
+        """End a stream that nobody wants any more of: its own threads and factors go now."""
         assert job.stream is not None
         job.alive = time.monotonic()
         worker.inside.append(job)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import threading
+import weakref
 from collections.abc import Iterator
 from itertools import count
 from types import SimpleNamespace
@@ -270,3 +271,44 @@ def test_a_stream_that_fails_when_it_is_ended_is_logged_and_work_goes_on(
     qtbot.waitUntil(lambda: "after" in seen.results)
     assert not seen.errors
     qtbot.waitUntil(lambda: "sulking" in caplog.text)
+
+
+class Large:
+    """What a job is made of, or makes: something that one knows the end of."""
+
+
+def _at_once(_run: Run) -> Large:
+    return Large()
+
+
+def _streamed(_run: Run) -> Iterator[Large]:
+    yield Large()
+    yield Large()
+
+
+def _refused(_run: Run) -> Large:
+    raise EngineError("No.")
+
+
+def _ticking(run: Run) -> Large:
+    run.tick(0.5, "half")
+    return Large()
+
+
+@pytest.mark.parametrize("kind", [_at_once, _streamed, _refused, _ticking])
+def test_a_job_that_is_over_holds_nothing(jobs: Jobs, qtbot, no_collector: None, kind) -> None:
+    given = Large()
+    ends = [weakref.ref(given)]
+
+    def work(run: Run, _given: Large = given) -> object:
+        return kind(run)
+
+    def done(result: Large) -> None:
+        ends.append(weakref.ref(result))
+
+    job = jobs.submit("a", work, done, lambda error: ends.append(weakref.ref(error)))
+    ends.append(weakref.ref(job.run))
+    del given, work, job
+    qtbot.waitUntil(lambda: not jobs.busy("a"))
+    assert len(ends) > 2, "it was delivered"
+    qtbot.waitUntil(lambda: not any(end() is not None for end in ends))
