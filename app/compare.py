@@ -26,12 +26,14 @@ from app.panels.panel import GRID, plain_number
 from app.panels.shelf import Shelf
 from app.session import Session
 from app.viewport import Viewport
-from engine import Document, EngineError, Moment
+from app.viewport.heavy import is_heavy, prepare
+from engine import Document, EngineError, Mesh, Moment
 from engine.morph import FORM_MODES
 from plugins.morph import MOST_MODES, MorphStep, morph_between
 
 MARGIN = 12
 SLIDES = 100
+SHOWING, BETWEEN = "compare", "between"  # channels of the engine's thread
 ROOM_FOR_CUBE = 360  # px, beside the words and the buttons
 HEIGHT = 44  # of the bar, as of the one above the form
 
@@ -238,6 +240,21 @@ class Compare(QWidget):
         # Until it looks from where the main one does, it does not lead that anywhere.
         self.moment = None
         self.header.say(moment.name or moment.label)
+        mesh = moment.document.mesh
+        if is_heavy(mesh):
+            self._session.jobs.submit(
+                SHOWING,
+                lambda _run: prepare(mesh),
+                lambda _none: self._show(moment),
+                self._session.problems.report,
+                priority=1,
+                urgent=True,
+            )
+        else:
+            self._show(moment)
+
+    def _show(self, moment: Moment) -> None:
+        """Show a moment whose mesh needs no more than a moment."""
         self._of = None
         self.viewport.set_mesh(moment.document.mesh)
         self.viewport.set_unit(moment.document.unit)
@@ -258,6 +275,8 @@ class Compare(QWidget):
 
     def end(self) -> None:
         """Free the second viewport; call it before the widget goes."""
+        for channel in (SHOWING, BETWEEN):
+            self._session.jobs.cancel(channel)
         self._session.document_changed.disconnect(self._follow)
         self._main.camera_changed.disconnect(self._look)
         self._main.looks_changed.disconnect(self._take_looks)
@@ -309,11 +328,24 @@ class Compare(QWidget):
         if document is None or self.moment is None or document is self._of:
             return
         self._of = document
-        reason = ""
-        try:
-            self._step = morph_between(document.mesh, self.moment.document.mesh)
-        except EngineError as error:
-            self._step, reason = None, str(error)
+        here, there = document.mesh, self.moment.document.mesh
+        self._session.jobs.cancel(BETWEEN)
+        if is_heavy(here):
+            self._step = None
+            self._session.jobs.submit(
+                BETWEEN,
+                lambda _run: _between(here, there),
+                lambda found: self._offer(*found),
+                self._session.problems.report,
+                priority=1,
+                urgent=True,
+            )
+        else:
+            self._offer(*_between(here, there))
+
+    def _offer(self, step: MorphStep | None, reason: str) -> None:
+        """Let the two be morphed by a step, or say why not."""
+        self._step = step
         held = QApplication.focusWidget()
         if reason and held is not None and self.morph.isAncestorOf(held):
             self._main.setFocus()  # else the keys would go to whatever comes next
@@ -337,3 +369,11 @@ class Compare(QWidget):
         if wanted is not None and self.morph.shares != (0.0, 0.0):
             self._main.setFocus()  # the button has nothing more to keep
             self._session.apply(wanted)
+
+
+def _between(here: Mesh, there: Mesh) -> tuple[MorphStep | None, str]:
+    """Return the step that morphs one mesh into another, or none and why nothing lies between."""
+    try:
+        return morph_between(here, there), ""
+    except EngineError as error:
+        return None, str(error)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import sparse as sp
 
 from app.viewport.surface import Placement, offsets_of
-from engine.arrays import I64
+from engine.arrays import F64, I64
 from engine.mesh import Mesh, Topology
 
 F32 = NDArray[np.float32]
@@ -79,8 +79,24 @@ class Placed:
     normals: F32
 
 
+@dataclass(frozen=True, eq=False)
+class Own:
+    """Arrays of a heavy mesh that whoever shows it may write into.
+
+    Parameters
+    ----------
+    vertices : (n, 3) mesh units.
+    positions, normals : (n, 3) in the scene.
+    """
+
+    vertices: F64
+    positions: F32
+    normals: F32
+
+
 _known: WeakKeyDictionary[Topology, Heavy] = WeakKeyDictionary()
 _placed: WeakKeyDictionary[Mesh, Placed] = WeakKeyDictionary()
+_own: WeakKeyDictionary[Mesh, Own] = WeakKeyDictionary()
 
 
 def is_heavy(mesh: Mesh) -> bool:
@@ -95,7 +111,7 @@ def prepare(mesh: Mesh) -> None:
     topology.incidence, topology.adjacency, topology.components  # noqa: B018
     if is_heavy(mesh):
         heavy(mesh)
-        placed(mesh)
+        _own[mesh] = _copied(mesh)
 
 
 def heavy(mesh: Mesh) -> Heavy:
@@ -119,6 +135,17 @@ def placed(mesh: Mesh) -> Placed:
         known = Placed(positions, normals_of(positions, mesh.faces, mesh.topology.incidence))
         _placed[mesh] = known
     return known
+
+
+def own(mesh: Mesh) -> Own:
+    """Return arrays of a heavy mesh for one who shows it: those prepared, or else copies."""
+    ready = _own.pop(mesh, None)
+    return _copied(mesh) if ready is None else ready
+
+
+def _copied(mesh: Mesh) -> Own:
+    there = placed(mesh)
+    return Own(mesh.vertices.copy(), there.positions.copy(), there.normals.copy())
 
 
 def normals_of(positions: F32, faces: I64, incidence: sp.csr_array) -> F32:

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QWidget
 
 from app.look import DARK, Theme
 from app.viewport.ghost import Plain
+from app.viewport.heavy import is_heavy, own
 from app.viewport.inking import Inking
 from app.viewport.maps import Maps
 from app.viewport.overlay import SpaceCurve
@@ -83,10 +84,12 @@ class Layers(Inking):
         self._region = self._plane = None
         self._region_timer.stop()
         self._plane_timer.stop()
-        self.scene.set_mesh(mesh)
+        arrays = own(mesh) if is_heavy(mesh) else None
+        self.scene.set_mesh(mesh, arrays)
         self.overlay.clear_curves()
         self._form = mesh
-        self._vertices, self._moved = mesh.vertices.copy(), _NONE
+        self._vertices = mesh.vertices.copy() if arrays is None else arrays.vertices
+        self._moved = _NONE
         after = self.scene.placement
         if keep_camera:
             scale = after.scale / before.scale

@@ -23,6 +23,7 @@ class Pieces:
         self._parts = heavy.parts
         self.numbers = heavy.numbers
         self._made: list[Surface | None] = [None] * len(heavy.parts)
+        self._looked: list[object] = [None] * len(heavy.parts)  # at which positions and colours
 
     def __len__(self) -> int:
         return len(self._parts)
@@ -50,9 +51,14 @@ class Pieces:
             if piece is not None:
                 self._renderer.RemoveActor(piece.actor)
         self._made = [None] * len(self._parts)
+        self._looked = [None] * len(self._parts)
 
     def _as_it_is(self, number: int) -> Surface:
         part, piece, of = self._parts[number], self._made[number], self._of
+        now = (of.stamp, of.coat)
+        if piece is not None and self._looked[number] == now:
+            return piece  # only the camera moved
+        self._looked[number] = now
         if piece is None:
             piece = Surface(
                 of.positions[part.ids],
@@ -74,8 +80,8 @@ class Pieces:
             (piece.normals, of.normals, piece.moved),
             (piece.colours, of.colours, piece.recoloured),
         ):
-            now = theirs[part.ids]
-            if not np.array_equal(mine, now):
-                mine[:] = now
+            new = theirs[part.ids]
+            if not np.array_equal(mine, new):
+                mine[:] = new
                 tell()
         return piece

@@ -14,7 +14,7 @@ from app.look import DARK, RIM, Theme, rgb, rgb8
 from app.viewport.camera import Eye
 from app.viewport.curves import Isoline, Segments
 from app.viewport.ghost import Ghost, Plain
-from app.viewport.heavy import heavy, is_heavy, placed
+from app.viewport.heavy import Own, heavy, is_heavy
 from app.viewport.lights import background, clay, light_up
 from app.viewport.marks import Marks
 from app.viewport.pieces import Pieces
@@ -67,20 +67,24 @@ class Scene:
         self.set_wireframe(self.wireframe)
         self._paint()
 
-    def set_mesh(self, mesh: Mesh) -> None:
-        """Show another form; everything that lay on the old one goes."""
+    def set_mesh(self, mesh: Mesh, own: Own | None = None) -> None:
+        """Show another form; everything that lay on the old one goes.
+
+        Parameters
+        ----------
+        own : arrays of a heavy one, if they were made already.
+        """
         self.clear()
         self.placement = Placement.of(mesh)
         self._mesh = mesh
         self._faces = mesh.faces
-        known = placed(mesh) if is_heavy(mesh) else None
         self.surface = Surface(
-            self.placement.to_scene(mesh.vertices) if known is None else known.positions,
+            self.placement.to_scene(mesh.vertices) if own is None else own.positions,
             mesh.faces,
             rgb8(self.theme.clay),
-            None if known is None else known.normals,
+            None if own is None else own.normals,
             mesh.topology.incidence,
-            None if known is None else heavy(mesh).offsets,
+            heavy(mesh).offsets if is_heavy(mesh) else None,
         )
         clay(self.surface.actor.GetProperty())
         self.set_wireframe(self.wireframe)

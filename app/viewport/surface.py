@@ -85,6 +85,11 @@ def _farthest(positions: NDArray[Any]) -> float:
     return max(float(positions.max()), -float(positions.min())) if positions.size else 0.0
 
 
+def _owned(array: NDArray[Any]) -> F32:
+    """Return an array as VTK reads it and we write it, itself if it is so; else a copy."""
+    return np.require(array, np.float32, ["C_CONTIGUOUS", "WRITEABLE", "OWNDATA"])
+
+
 def offsets_of(faces: I64) -> I64:
     """Return where VTK finds the corners of each of the faces (f, 3), and their end, (f + 1,)."""
     return np.arange(0, 3 * len(faces) + 1, 3, dtype=np.int64)
@@ -112,10 +117,10 @@ class Surface:
 
     Parameters
     ----------
-    positions : (n, 3) in scene units.
+    positions : (n, 3) in scene units; float32 ones that can be written are taken, not copied.
     faces : (f, 3).
     colour : (3,) uint8, of every vertex at first.
-    normals : (n, 3), if they are known already.
+    normals : (n, 3), if they are known already; taken likewise.
     incidence : (n, f), which faces are around a vertex; needed to move only some of them.
     offsets : (f + 1,) what `offsets_of` gives, if it is known already.
 
@@ -135,14 +140,12 @@ class Surface:
         offsets: I64 | None = None,
     ) -> None:
         n = len(positions)
-        self._serial, self._moves = next(_serials), 0
+        self._serial, self._moves, self._coats = next(_serials), 0, 0
         self._incidence = incidence
         self.faces = faces
-        self.positions: F32 = np.array(positions, dtype=np.float32, order="C")
-        self.normals: F32 = (
-            unit_normals(self.positions, faces, n)
-            if normals is None
-            else np.array(normals, dtype=np.float32, order="C")
+        self.positions: F32 = _owned(positions)
+        self.normals: F32 = _owned(
+            unit_normals(self.positions, faces, n) if normals is None else normals
         )
         self.colours: U8 = np.empty((n, 3), dtype=np.uint8)
         self._neighbourhood: _Neighbourhood | None = None
@@ -214,6 +217,7 @@ class Surface:
 
     def recoloured(self) -> None:
         """Tell VTK that colours were written in place."""
+        self._coats += 1
         self._rgb.Modified()
 
     def recolour(self, colours: NDArray[Any], ids: I64 | None = None) -> None:
@@ -229,3 +233,8 @@ class Surface:
     def stamp(self) -> tuple[int, int]:
         """A pair of numbers that no other surface has, nor this one with other positions."""
         return (self._serial, self._moves)
+
+    @property
+    def coat(self) -> tuple[int, int]:
+        """A pair of numbers that no other surface has, nor this one with other colours."""
+        return (self._serial, self._coats)
