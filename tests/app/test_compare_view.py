@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QMenu, QPushButton
 
+import app.compare
 from app.window import Window
 from tests.app.designing import draw, enter, region
 from tests.app.driving import bow, picture
@@ -84,3 +86,33 @@ def click(window: Window, qtbot, words: str) -> None:
 def same_way(one, other) -> bool:
     """Whether both look the same way; each has its own scale."""
     return bool(np.allclose(one.axes, other.axes))
+
+
+def test_a_heavy_form_beside_is_made_ready_in_the_engines_thread(
+    window: Window, qtbot, monkeypatch
+) -> None:
+    region(window, qtbot)
+    draw(window, qtbot, bow(window.viewport, (-0.12, 0.0), (0.12, 0.0)))
+    draw(window, qtbot, bow(window.viewport, (-0.12, 0.0), (0.12, 0.0), 0.4))
+    enter(window, qtbot)
+    where: dict[str, set[int]] = {"prepare": set(), "morph_between": set()}
+
+    def noted(name: str):
+        done = getattr(app.compare, name)
+
+        def call(*given):
+            where[name].add(threading.get_ident())
+            return done(*given)
+
+        return call
+
+    for name in where:
+        monkeypatch.setattr(app.compare, name, noted(name))
+    monkeypatch.setattr(app.compare, "is_heavy", lambda _mesh: True)
+    window.compare_with(min(window.session.history.moments))
+    compare = window.compare
+    qtbot.waitUntil(lambda: compare.moment is not None and compare._step is not None)
+    assert compare.viewport.form is compare.moment.document.mesh
+    assert all(threads and threading.get_ident() not in threads for threads in where.values())
+    compare.morph.form.setValue(50)
+    qtbot.waitUntil(lambda: window.session.shown is not window.session.document.mesh)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QEvent
@@ -9,8 +11,8 @@ from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from scipy.ndimage import median_filter
 
-from app.viewport import moving
-from app.viewport.heavy import HEAVY_FACES, lightened, parts_of, prepare
+from app.viewport import moving, pieces
+from app.viewport.heavy import HEAVY_FACES, _own, lightened, parts_of, placed, prepare
 from app.viewport.idimage import capture
 from app.viewport.standin import with_kept
 from engine import Mesh
@@ -233,3 +235,41 @@ def test_a_million_vertices_are_turned_and_lassoed(qtbot):
     stage.close()
     assert 1000 < len(chosen) < 100_000
     assert ((mesh.vertices[chosen] / 50.0 * toward).sum(axis=1) > 0).all()
+
+
+def test_what_was_prepared_of_a_form_is_taken_as_it_is(heavy):
+    viewport, mesh = heavy.viewport, torus(90_000, bump=0.2)
+    prepare(mesh)
+    made = _own[mesh]
+    viewport.set_mesh(mesh)
+    surface = viewport.scene.surface
+    assert surface.positions is made.positions
+    assert surface.normals is made.normals
+    assert viewport.vertices is made.vertices
+    ids = np.arange(50)
+    before = mesh.vertices[ids]
+    viewport.set_vertices(before + 1.0, ids)
+    viewport.set_mesh(mesh)
+    assert (viewport.vertices == mesh.vertices).all(), "nothing was written into what is kept"
+    assert (viewport.scene.surface.positions == placed(mesh).positions).all()
+    assert (mesh.vertices[ids] == before).all()
+
+
+def test_pieces_are_not_looked_through_while_only_the_camera_moves(heavy, monkeypatch):
+    viewport = heavy.viewport
+    if not viewport.software:
+        pytest.skip("a graphics card draws the form at once")
+    compared: list[int] = []
+
+    def equal(one, other):
+        compared.append(len(one))
+        return (one == other).all()
+
+    monkeypatch.setattr(pieces, "np", SimpleNamespace(array_equal=equal))
+    viewport.turn_by(0.3, 0.1)
+    heavy.settle()
+    assert not compared
+    ids = np.arange(50)
+    viewport.set_vertices(viewport.form.vertices[ids] * 1.01, ids)
+    heavy.settle()
+    assert compared
