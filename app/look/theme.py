@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QObject, Qt, Signal
+from pathlib import Path
+
+from PySide6.QtCore import QDir, QObject, Qt, Signal
 from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import QApplication, QStyleFactory
 
@@ -36,6 +38,9 @@ QLineEdit, QSpinBox, QDoubleSpinBox, QComboBox { background: palette(base); colo
     selection-background-color: palette(highlight); selection-color: palette(highlighted-text); }
 QCheckBox::indicator:unchecked { background: palette(base);
     border: 1px solid palette(placeholder-text); border-radius: 3px; }
+QCheckBox::indicator:checked { background: palette(highlight); image: url(look:tick.svg);
+    border: 1px solid palette(highlight); border-radius: 3px; }
+QCheckBox::indicator:checked:disabled { background: palette(mid); border-color: palette(mid); }
 QCheckBox { outline: 0; border-bottom: 2px solid transparent; }
 QCheckBox:focus { border-bottom: 2px solid palette(highlight); }
 QLineEdit:focus, QSpinBox:focus, QDoubleSpinBox:focus, QComboBox:focus {
@@ -135,6 +140,7 @@ class Appearance(QObject):
         self.theme = DARK
         self._restyle = Restyle(application)
         application.setStyle(QStyleFactory.create("Fusion"))
+        QDir.setSearchPaths("look", [str(Path(__file__).parent)])
         application.setStyleSheet(_SHEET)
         application.styleHints().colorSchemeChanged.connect(self._system_changed)
         self.choose(choice)

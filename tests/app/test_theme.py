@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from PySide6.QtWidgets import QCheckBox
 
 pytestmark = pytest.mark.window
 
@@ -31,3 +32,18 @@ def test_nothing_is_painted_in_two_themes(make_window, qtbot):
     qtbot.waitUntil(lambda: not window.appearance.restyling)
     assert window.updatesEnabled()
     assert window.appearance.theme.name == "dark"
+
+
+@pytest.mark.parametrize("theme", ["dark", "light"])
+def test_what_is_ticked_stands_out(make_window, qtbot, theme: str) -> None:
+    window = make_window(theme=theme)
+    box = QCheckBox("On", window)
+    box.setChecked(True)
+    picture = box.grab().toImage()
+    seen = {
+        picture.pixelColor(x, y).name()
+        for x in range(picture.width() // 2)
+        for y in range(picture.height())
+    }
+    assert window.appearance.theme.accent in seen
+    assert window.appearance.theme.accent_text in seen, "and the tick in it"
