@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
@@ -24,6 +26,23 @@ _ONLY_SLOPES = """//VTK::Light::Impl
 Plain = tuple[I64, F64]  # ids of the region, and its base there, mesh units
 _GHOST_GAP = 0.02  # scene units: below this the ghost would only flicker on the form
 _FADES = 0.4  # scene units above the form within which a slope fades, for it ends without an edge
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """What of the original is in the picture.
+
+    Parameters
+    ----------
+    used : (v,) vertices of the form.
+    positions, normals : (v, 3) in the scene.
+    faces : (f, 3) in positions of `used`.
+    """
+
+    used: I64
+    positions: F32
+    faces: I64
+    normals: F32
 
 
 class Ghost:
@@ -73,7 +92,14 @@ class Ghost:
         return 0.0 if self.drawn is None else self.drawn.reach
 
     def follow(self, ids: I64) -> None:
-        """Note that the form moved at the vertices `ids`."""
+        """Note that the form moved at the vertices `ids`, and show what is apart now."""
+        self.show(self.compared(ids))
+
+    def compared(self, ids: I64) -> Drawing | None:
+        """Return what is apart now that the form moved at the vertices `ids`; in any thread.
+
+        None when it is the same as before: then only its slopes may be others.
+        """
         gap = self._placement.to_scene(self._original[ids]) - self._of.positions[ids]
         far = np.abs(gap) > _GHOST_GAP
         apart = far[:, 0] | far[:, 1] | far[:, 2]
@@ -81,14 +107,22 @@ class Ghost:
             shares = self._features.strength(self._of, self._placement)
             self._strength[self._features.ids] = shares
         if (apart == self._apart[ids]).all():
-            self._shade()
-            return
+            return None
         self._apart[ids] = apart
-        self.remove()
         topology = self._topology
         faces = topology.faces[faces_about(np.flatnonzero(self._apart), topology.incidence)]
-        if len(faces):
-            self._draw(faces)
+        used = distinct(faces, len(self._original))
+        positions = self._placement.to_scene(self._original[used]).astype(np.float32)
+        corners = renumbered(faces, used, len(self._original))
+        return Drawing(used, positions, corners, unit_normals(positions, corners, len(used)))
+
+    def show(self, drawing: Drawing | None) -> None:
+        """Show what `compared` gave."""
+        if drawing is not None:
+            self.remove()
+            if len(drawing.faces):
+                self._draw(drawing)
+        self._shade()
 
     def remove(self) -> None:
         """Take it out of the picture."""
@@ -102,17 +136,15 @@ class Ghost:
             shares = self._strength[self._used]
             self.drawn.recolour(np.stack([shares, shares, shares], axis=1))
 
-    def _draw(self, faces: I64) -> None:
-        n = len(self._original)
-        used = distinct(faces, n)
-        positions = self._placement.to_scene(self._original[used])
-        self.drawn = Surface(positions, renumbered(faces, used, n), (255, 255, 255))
+    def _draw(self, drawing: Drawing) -> None:
+        self.drawn = Surface(
+            drawing.positions, drawing.faces, (255, 255, 255), normals=drawing.normals
+        )
         actor = self.drawn.actor
         look = actor.GetProperty()
         look.SetOpacity(0.8)  # anything below 1, for VTK to draw it with what is translucent
         look.BackfaceCullingOn()
-        self._used = used
-        self._shade()
+        self._used = drawing.used
         actor.PickableOff()
         actor.GetShaderProperty().AddFragmentShaderReplacement(
             "//VTK::Light::Impl", True, _ONLY_SLOPES, False

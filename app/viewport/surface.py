@@ -78,7 +78,8 @@ def unit_normals(positions: NDArray[Any], faces: I64, n: int) -> F32:
     a, b, c = (positions[faces[:, k]] for k in range(3))
     summed = summed_at_corners(faces, np.cross(b - a, c - a), n)
     length = np.linalg.norm(summed, axis=1, keepdims=True)
-    return np.divide(summed, length, out=np.zeros_like(summed), where=length > 0).astype(np.float32)
+    normals = np.divide(summed, length, out=np.zeros(summed.shape), where=length > 0)
+    return normals.astype(np.float32)
 
 
 def _farthest(positions: NDArray[Any]) -> float:
@@ -110,6 +111,25 @@ class _Neighbourhood:
     def normals(self, positions: NDArray[Any]) -> F32:
         """Return the unit normals of the ring, (r, 3)."""
         return unit_normals(positions[self.used], self.faces, len(self.used))[self.ring_local]
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """A surface of which some vertices have moved, ready to be taken.
+
+    Parameters
+    ----------
+    stamp : of the surface before.
+    positions, normals : (n, 3), nobody else's.
+    reach : how far from the origin it has been along an axis.
+    about : what changes when these vertices move.
+    """
+
+    stamp: tuple[int, int]
+    positions: F32
+    normals: F32
+    reach: float
+    about: _Neighbourhood
 
 
 class Surface:
@@ -207,6 +227,29 @@ class Surface:
             self.normals[ring] = self._neighbourhood.normals(self.positions)
         self.moved()
         return ring
+
+    def moved_to(self, positions: NDArray[Any], ids: I64) -> Moved:
+        """Return what `move` would make of vertices `ids` at new positions (m, 3); in any thread.
+
+        It holds only as long as the surface has the same stamp.
+        """
+        assert self._incidence is not None
+        stamp = self.stamp
+        here, normals = self.positions.copy(), self.normals.copy()
+        here[ids] = positions
+        about = _Neighbourhood(ids, self.faces, self._incidence)
+        normals[about.ring] = about.normals(here)
+        return Moved(stamp, here, normals, max(self._reach, _farthest(positions)), about)
+
+    def take(self, made: Moved) -> None:
+        """Take the arrays of `moved_to` for its own."""
+        self.positions, self.normals, self._reach = made.positions, made.normals, made.reach
+        self._neighbourhood = made.about
+        self._points.SetData(numpy_to_vtk(self.positions))
+        self._normals = numpy_to_vtk(self.normals)
+        self._normals.SetName("Normals")
+        self.data.GetPointData().SetNormals(self._normals)
+        self.moved()
 
     def moved(self) -> None:
         """Tell VTK that positions and normals were written in place."""
