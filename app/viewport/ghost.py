@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,17 +16,19 @@ from engine.mesh import Topology
 
 # Clear where one looks straight at it and it runs along the plain form: the ghost shows outlines
 # and the slopes of bumps, and hides nothing of the form, which it would cover with blotches
-# wherever it pokes out. How much of a slope there is comes as the red of its vertices.
+# wherever it pokes out. How much of a slope there is comes as the red of its vertices, and how far
+# it stands off the form as the green: where the two run into each other it ends without an edge.
 _ONLY_SLOPES = """//VTK::Light::Impl
   float ghostFacing = abs(normalVCVSOutput.z);
   float ghostOutline = 0.8 * (1.0 - ghostFacing) * (1.0 - ghostFacing);
+  ghostOutline *= vertexColorVSOutput.g;
   float ghostSlope = 0.45 * smoothstep(0.08, 0.55, vertexColorVSOutput.r);
   gl_FragData[0].rgb = vec3(0.87, 0.90, 0.95) * (0.45 + 0.55 * ghostFacing);
   gl_FragData[0].a = max(ghostOutline, ghostSlope);
 """
 Plain = tuple[I64, F64]  # ids of the region, and its base there, mesh units
 _GHOST_GAP = 0.02  # scene units: below this the ghost would only flicker on the form
-_FADES = 0.4  # scene units above the form within which a slope fades, for it ends without an edge
+_FADES = 0.4  # scene units off the form within which it fades
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +81,7 @@ class Ghost:
         self._apart = np.zeros(surface.n, dtype=bool)
         self._used: I64 = np.zeros(0, dtype=np.int64)
         self._strength = np.zeros(surface.n, dtype=np.uint8)
+        self._off = np.zeros(surface.n, dtype=np.uint8)
         self._features = None if plain is None else _Features(original, topology, *plain)
         self.drawn: Surface | None = None
 
@@ -103,6 +107,7 @@ class Ghost:
         gap = self._placement.to_scene(self._original[ids]) - self._of.positions[ids]
         far = np.abs(gap) > _GHOST_GAP
         apart = far[:, 0] | far[:, 1] | far[:, 2]
+        self._off[ids] = 255 * _off(gap)
         if self._features is not None:
             shares = self._features.strength(self._of, self._placement)
             self._strength[self._features.ids] = shares
@@ -133,8 +138,8 @@ class Ghost:
     def _shade(self) -> None:
         """Let every place show as much of the ghost as it is worth."""
         if self.drawn is not None:
-            shares = self._strength[self._used]
-            self.drawn.recolour(np.stack([shares, shares, shares], axis=1))
+            shares = self._strength[self._used], self._off[self._used]
+            self.drawn.recolour(np.stack([*shares, shares[1]], axis=1))
 
     def _draw(self, drawing: Drawing) -> None:
         self.drawn = Surface(
@@ -187,9 +192,13 @@ class _Features:
         what has come back to the form is no feature of the ghost, nor is the form's new bend.
         """
         gap = placement.to_scene(self._original) - surface.positions[self.ids]
-        away = np.sqrt(np.einsum("ij,ij->i", gap, gap))
         slope = np.minimum(self._slope, _sine(self._normals, surface.normals[self.ids]))
-        return np.asarray(255 * slope * np.minimum(away / _FADES, 1.0), dtype=np.uint8)
+        return np.asarray(255 * slope * _off(gap), dtype=np.uint8)
+
+
+def _off(gap: F64 | F32) -> NDArray[Any]:
+    """Return how far off the form it is, (k,) from 0 to 1, for gaps (k, 3) in scene units."""
+    return np.minimum(np.sqrt(np.einsum("ij,ij->i", gap, gap)) / _FADES, 1.0)
 
 
 def _sine(a: F32, b: F32) -> F32:

@@ -53,3 +53,23 @@ def test_a_form_without_features_has_outlines_only(make_window, qtbot) -> None:
     assert view.scene.ghost is not None
     change = tinted(window, qtbot)
     assert (change > 12).mean() < 0.02, "what is pushed in is not veiled"
+
+
+def test_the_ghost_has_no_edge_where_it_runs_into_the_form(make_window, qtbot) -> None:
+    window = make_window(bumpy_sphere(8000, 0.0))
+    roi = region(window, qtbot, radius=0.4)
+    modes(window, qtbot)
+    view = window.viewport
+    bright = []
+    for scale in (0.9985, 0.97):  # only just under it, and well below
+        view.set_vertices(window.session.document.mesh.vertices[roi] * scale, roi)
+        rest(window, qtbot)
+        assert view.scene.ghost is not None, "either way it is there"
+        with_ghost = pixels(view)
+        hidden = view.scene.ghost.actor
+        hidden.VisibilityOff()
+        bright.append(np.abs(pixels(view) - with_ghost).max())
+        hidden.VisibilityOn()
+    near, far = bright
+    assert far > 30, "its outline stands off the form"
+    assert near < far / 2

@@ -245,7 +245,7 @@ def test_ghost_is_seen_only_where_the_form_differs(stage):
     viewport.ghost(viewport.vertices)
     assert viewport.scene.ghost is None
     ids = viewport.vertices_inside(stage.ellipse(0.2))
-    moved = viewport.vertices[ids] * 0.93
+    moved = viewport.vertices[ids] * 0.85
     viewport.set_vertices(moved, ids)
     ghost = viewport.scene.ghost
     assert ghost is not None
