@@ -11,6 +11,7 @@ from app.form import Form
 from app.session import Session
 from app.viewport import Viewport
 from app.viewport.around import differing
+from app.viewport.aside import MANY
 from engine import Document, Draft, Mesh, Source, Stroke, View, source_curve
 from engine.arrays import F64, I64, distinct
 from plugins.api import Pointer
@@ -42,6 +43,7 @@ class Stage(QObject):
         self._way: I64 = _NONE
         self._flowing: tuple[Form, I64, F64, F64] | None = None  # whereto, and what moves from, to
         self._began = 0.0
+        self._coming: Form | None = None  # the viewport makes it ready
         self._original = False
         self._base_of: Draft | None = None
         self._paused = False
@@ -56,11 +58,12 @@ class Stage(QObject):
         session.opened.connect(self._opened)
         session.shown_changed.connect(self._shown)
         viewport.pointer.connect(self._pointed)
+        viewport.brought.connect(self._brought)
 
     @property
     def flowing(self) -> bool:
         """Whether the form is on its way."""
-        return self._clock.isActive()
+        return self._clock.isActive() or self._coming is not None
 
     def show_original(self, on: bool) -> None:
         """Show the form as it was opened, as long as `on`."""
@@ -136,7 +139,6 @@ class Stage(QObject):
         else:
             self._stop()
             self._draw(form)
-            self._settle()
 
     def _base(self, document: Document) -> Form | None:
         """Return the mesh with the base in the region, once it is known."""
@@ -156,14 +158,30 @@ class Stage(QObject):
     # ---- moving to a form
 
     def _draw(self, form: Form) -> None:
-        """Put a form on screen."""
+        """Put a form on screen: at once, or when it is ready if much of it is elsewhere."""
         ids = self._way_to(form)
+        if len(ids) > MANY:
+            self._coming = form
+            self._viewport.bring(form, ids)
+            return
         self._put(form.at(ids), ids)
         self._mesh, self._apart = form.mesh, form.ids
+        self._settle()
+
+    def _brought(self) -> None:
+        """A form that was made ready is on screen."""
+        if self._coming is not None:
+            form, self._coming = self._coming, None
+            self._mesh, self._apart = form.mesh, form.ids
+            self._settle()
 
     def _flow(self, form: Form) -> None:
-        """Let a form be seen to come."""
+        """Let a form be seen to come; one that is not ready in a moment is there at once."""
         ids = self._way_to(form)
+        if len(ids) > MANY:
+            self._stop()
+            self._draw(form)
+            return
         self._flowing = (form, ids, self._viewport.vertices[ids], form.at(ids))
         self._mesh, self._apart = form.mesh, ids
         self._began = time.monotonic()
@@ -177,13 +195,15 @@ class Stage(QObject):
         if share >= 1.0:
             self._stop()
             self._draw(form)
-            self._settle()
         else:
             self._put(before + eased * (after - before), ids)
 
     def _stop(self) -> None:
         self._clock.stop()
         self._flowing = None
+        if self._coming is not None:
+            self._coming = None
+            self._viewport.keep()
 
     def _way_to(self, form: Form) -> I64:
         """Return the vertices that may be elsewhere on screen than in a form, ascending.

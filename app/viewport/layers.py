@@ -11,17 +11,23 @@ from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QWidget
 
+from app.form import Form
 from app.look import DARK, Theme
+from app.viewport.aside import MANY, Aside
 from app.viewport.ghost import Plain
 from app.viewport.heavy import is_heavy, own
 from app.viewport.inking import Inking
 from app.viewport.maps import Maps
 from app.viewport.overlay import SpaceCurve
+from app.viewport.scene import Made
 from app.viewport.shading import Display, Stripes
+from app.viewport.surface import Moved
+from app.viewport.tint import Feather
 from engine.arrays import F64, I64, distinct
 from engine.mesh import Mesh
 
 _NONE: I64 = np.zeros(0, dtype=np.int64)
+GhostOf = tuple[ArrayLike, I64 | None, Plain | None]  # what `ghost` was asked for
 
 
 class Layers(Inking):
@@ -31,8 +37,10 @@ class Layers(Inking):
     -------
     looks_changed : the form is coloured in another way, or its edges are drawn or not.
     curved(made) : a map of curvature was worked out in a thread.
+    brought : a form that `bring` was asked for is there.
     """
 
+    brought = Signal()
     looks_changed = Signal()
     curved = Signal(object)
 
@@ -46,6 +54,8 @@ class Layers(Inking):
         self._plane: ArrayLike | None = None
         self._sheet = False
         self._plane_timer = self._soon(self._show_plane)
+        self.aside = Aside(self)
+        self._ghost_of: GhostOf | None = None
         self.maps = Maps(self)
         self.rested.connect(self.maps.rested)
         self.curved.connect(self.maps.take_curvature, Qt.ConnectionType.QueuedConnection)
@@ -54,6 +64,7 @@ class Layers(Inking):
     def moving(self) -> bool:
         """Whether the picture changed a moment ago, or soon will by itself."""
         soon = self._region_timer.isActive() or self._plane_timer.isActive()
+        soon = soon or self.aside.under_way
         return super().moving or self.maps.under_way or soon
 
     def _soon(self, show: Callable[[], None]) -> QTimer:
@@ -84,6 +95,8 @@ class Layers(Inking):
         self._region = self._plane = None
         self._region_timer.stop()
         self._plane_timer.stop()
+        self.aside.clear()
+        self._ghost_of = None
         arrays = own(mesh) if is_heavy(mesh) else None
         self.scene.set_mesh(mesh, arrays)
         self.overlay.clear_curves()
@@ -126,6 +139,44 @@ class Layers(Inking):
         self._lighten()
         self._changed()
 
+    def bring(self, form: Form, ids: I64) -> None:
+        """Show a form of the same faces as soon as its arrays are made in a thread; see `brought`.
+
+        What is shown until then stays as it is. Only the newest that was asked for is shown.
+
+        Parameters
+        ----------
+        ids : the vertices that may be elsewhere in it than they are shown now.
+        """
+        surface, placement = self.scene.surface, self.scene.placement
+        if surface is None:
+            return
+
+        def work() -> tuple[F64, Moved]:
+            vertices = form.mesh.vertices.copy()
+            vertices[form.ids] = form.places
+            return vertices, surface.moved_to(placement.to_scene(vertices[ids]), ids)
+
+        def take(made: tuple[F64, Moved]) -> None:
+            vertices, moved = made
+            if surface.stamp != moved.stamp:
+                self.bring(form, np.arange(len(vertices)))  # it was moved meanwhile
+                return
+            self._vertices = vertices
+            self._note_moved(ids)
+            self.scene.take(moved)
+            self.maps.moved(ids)
+            self._ghost_again(ids)
+            self._lighten()
+            self._changed()
+            self.brought.emit()
+
+        self.aside.ask("form", work, take)
+
+    def keep(self) -> None:
+        """Bring no form any more; the one shown stays."""
+        self.aside.drop("form")
+
     def _note_moved(self, ids: I64 | None) -> None:
         n = len(self._vertices)
         if ids is None:
@@ -149,7 +200,15 @@ class Layers(Inking):
     def _show_region(self) -> None:
         """Show the region that was asked for last."""
         self._region_timer.stop()
-        self.scene.set_region(self._region)
+        ids = self._region
+        if ids is None or len(ids) <= MANY:
+            self.aside.drop("region")
+            self._take_region(None)
+        else:
+            self.aside.ask("region", lambda: self.scene.tint_of(ids), self._take_region)
+
+    def _take_region(self, tint: Feather | None) -> None:
+        self.scene.set_region(self._region, tint)
         self.update()
 
     def render_image(self, size: tuple[int, int], transparent: bool = False) -> QImage:
@@ -160,6 +219,9 @@ class Layers(Inking):
         ):
             if timer.isActive():
                 show()
+        if self.aside.wants("region"):
+            self.aside.drop("region")
+            self._take_region(None)
         return super().render_image(size, transparent)
 
     def set_colours(self, colours: ArrayLike | None) -> None:
@@ -180,8 +242,41 @@ class Layers(Inking):
         apart : the vertices where they may differ; None for any.
         plain : ids of a region and its base (r, 3), from which the features rise that are shown.
         """
+        if positions is None:
+            self._ghost_of = None
+        else:
+            self._ghost_of = positions, apart, plain
+        surface = self.scene.surface
+        if self._ghost_of is not None and surface is not None and _many(apart, surface.n):
+            self._ghost_aside(self._ghost_of)
+            return
+        self.aside.drop("ghost")
         if self.scene.set_ghost(positions, apart, plain):
             self.update()
+
+    def _ghost_again(self, ids: I64) -> None:
+        """Let the ghost follow a form that was brought, elsewhere at the vertices `ids`."""
+        if self._ghost_of is not None:
+            positions, apart, plain = self._ghost_of
+            if apart is not None:
+                apart = distinct(np.concatenate([apart, ids]), len(self._vertices))
+            self.ghost(positions, apart, plain)
+
+    def _ghost_aside(self, of: GhostOf) -> None:
+        surface, scene = self.scene.surface, self.scene
+        assert surface is not None
+
+        def work() -> tuple[object, Made]:
+            return surface.stamp, scene.made_ghost(*of)
+
+        def take(made: tuple[object, Made]) -> None:
+            stamp, ghost = made
+            if stamp != surface.stamp:
+                self._ghost_aside((of[0], None, of[2]))  # the form moved meanwhile
+            elif scene.take_ghost(ghost):
+                self.update()
+
+        self.aside.ask("ghost", work, take)
 
     def set_pins(self, points: ArrayLike | None) -> None:
         """Show pins at `points` (p, 3); None for no pins."""
@@ -299,6 +394,11 @@ class Layers(Inking):
     def wireframe(self) -> bool:
         """Whether edges are drawn."""
         return self.scene.wireframe
+
+
+def _many(ids: I64 | None, n: int) -> bool:
+    """Whether so many of `n` vertices, None for all, are too many to look at in a moment."""
+    return (n if ids is None else len(ids)) > MANY
 
 
 def _same(ids: I64 | None, others: I64 | None) -> bool:

@@ -13,19 +13,20 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 from app.look import DARK, RIM, Theme, rgb, rgb8
 from app.viewport.camera import Eye
 from app.viewport.curves import Isoline, Segments
-from app.viewport.ghost import Ghost, Plain
+from app.viewport.ghost import Drawing, Ghost, Plain
 from app.viewport.heavy import Own, heavy, is_heavy
 from app.viewport.lights import background, clay, light_up
 from app.viewport.marks import Marks
 from app.viewport.pieces import Pieces
 from app.viewport.plane import PlaneMark
 from app.viewport.standin import StandIn, with_kept
-from app.viewport.surface import Placement, Surface
+from app.viewport.surface import Moved, Placement, Surface
 from app.viewport.tint import Feather, changed, feathered, tinted
 from engine.arrays import F64, I64, frozen
 from engine.mesh import Mesh
 
 _KEPT = 60_000  # vertices of the region that a stand-in may keep as they are
+Made = tuple[Ghost, Drawing | None]
 _NO_IDS: I64 = np.zeros(0, dtype=np.int64)
 RIM_WIDTH = 2.5  # logical pixels
 MANY = 4  # a share of the vertices above which painting all of them is quicker
@@ -108,6 +109,19 @@ class Scene:
         """Move all vertices, or those of `ids`, to `positions` in mesh units."""
         assert self.surface is not None
         ring = self.surface.move(self.placement.to_scene(positions), ids)
+        self._follow(ring)
+        if self._ghost is not None:
+            self._ghost.follow(np.arange(self.surface.n) if ids is None else ids)
+
+    def take(self, made: Moved) -> None:
+        """Take what `surface.moved_to` made; the ghost stays as it is."""
+        assert self.surface is not None
+        self.surface.take(made)
+        self._follow(made.about.ring)
+
+    def _follow(self, ring: I64 | None) -> None:
+        """Let what lies on the form follow it at the vertices `ring`, None for all."""
+        assert self.surface is not None
         if self._rim is not None:
             line, marks = self._rim
             marks.move(line.points(self.surface.positions))
@@ -118,21 +132,23 @@ class Scene:
                 self.stand_in.follow()
             else:
                 self.stand_in.follow_at(ring)
-        if self._ghost is not None:
-            self._ghost.follow(np.arange(self.surface.n) if ids is None else ids)
 
     # What is coloured
 
-    def set_region(self, ids: I64 | None) -> None:
-        """Tint the region `ids` and draw its rim; None for no region."""
+    def set_region(self, ids: I64 | None, tint: Feather | None = None) -> None:
+        """Tint the region `ids` and draw its rim; None for no region.
+
+        Parameters
+        ----------
+        tint : what `tint_of` gives, if it is known already.
+        """
         before = self._tint
         self._forget_region()
         if self.surface is None or self._mesh is None:
             return
         self._region = ids
         if ids is not None and len(ids):
-            incidence = self._mesh.topology.incidence
-            self._tint = feathered(ids, self._faces, incidence, self.surface.n)
+            self._tint = self.tint_of(ids) if tint is None else tint
             self._draw_rim(self._tint)
         shown = self._put_stand_in_away()
         tint, other = self._tint, None
@@ -143,6 +159,12 @@ class Scene:
         else:
             self._paint_at(tint, other)
         self.use_stand_in(shown)
+
+    def tint_of(self, ids: I64) -> Feather:
+        """Return the tint of a region of the form; in any thread."""
+        assert self._mesh is not None
+        topology = self._mesh.topology
+        return feathered(ids, topology.faces, topology.incidence, topology.n)
 
     def _forget_region(self) -> None:
         if self._rim is not None:
@@ -234,19 +256,36 @@ class Scene:
 
         Returns whether the picture is another now.
         """
-        before = self._ghost
+        if positions is None or self.surface is None or self._mesh is None:
+            return self._put_ghost(None)
+        return self.take_ghost(self.made_ghost(positions, apart, plain))
+
+    def made_ghost(
+        self, positions: ArrayLike, apart: I64 | None = None, plain: Plain | None = None
+    ) -> Made:
+        """Return the ghost of the form as it is now, and what is apart of it; in any thread."""
+        assert self.surface is not None
+        assert self._mesh is not None
+        original = frozen(positions, np.float64)
+        ghost = Ghost(
+            self.renderer, self.surface, self._mesh.topology, self.placement, original, plain
+        )
+        return ghost, ghost.compared(np.arange(self.surface.n) if apart is None else apart)
+
+    def take_ghost(self, made: Made) -> bool:
+        """Show what `made_ghost` gave; return whether the picture is another now."""
+        ghost, drawing = made
+        another = self._put_ghost(ghost)
+        ghost.show(drawing)
+        return another or ghost.seen
+
+    def _put_ghost(self, ghost: Ghost | None) -> bool:
+        """Put another ghost in the place of the one there was; return whether that was seen."""
+        before, self._ghost = self._ghost, ghost
+        seen = before is not None and before.seen
         if before is not None:
             before.remove()
-        self._ghost = None
-        if positions is not None and self.surface is not None and self._mesh is not None:
-            original = frozen(positions, np.float64)
-            self._ghost = Ghost(
-                self.renderer, self.surface, self._mesh.topology, self.placement, original, plain
-            )
-            self._ghost.follow(np.arange(self.surface.n) if apart is None else apart)
-        return (before is not None and before.seen) or (
-            self._ghost is not None and self._ghost.seen
-        )
+        return seen
 
     def show_curve(
         self,

@@ -188,6 +188,7 @@ class Viewport(Sighting):
         self._foresee.stop()
         self._held.clear()
         self.gradual.give_up()
+        self.aside.clear()
         self.navigation.stop()
         self._sight = None
         self.scene.clear()

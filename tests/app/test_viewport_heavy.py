@@ -164,7 +164,9 @@ def test_the_region_of_a_heavy_form_is_never_lightened(heavy):
 def test_of_regions_marked_while_a_hand_moves_the_last_is_shown(heavy, monkeypatch):
     viewport, shown = heavy.viewport, []
     show = viewport.scene.set_region
-    monkeypatch.setattr(viewport.scene, "set_region", lambda ids: (shown.append(ids), show(ids)))
+    monkeypatch.setattr(
+        viewport.scene, "set_region", lambda ids, *tint: (shown.append(ids), show(ids, *tint))
+    )
     parts = [np.arange(0, count) for count in (500, 1000, 1500)]
     for ids in parts:
         viewport.set_region(ids)

@@ -207,8 +207,6 @@ class Designer:
         self.do("mirrored apply", self.key(Qt.Key.Key_Return))
         self.do("mirror found", lambda: window.symmetry.choose("found"))
         self.do("mirror off", lambda: window.symmetry.choose("off"))
-        self.do("invert", self.trigger("region.invert"))
-        self.do("undo invert", self.key(Qt.Key.Key_Z, CTRL))
         self.do("brush", lambda: window.toolhost.choose("brush"),
                 *self.stroke(bow(view, (-0.2, 0.1), (0.2, 0.1), 0.2)))  # fmt: skip
         self.do("lasso added", lambda: window.toolhost.choose("lasso"),
