@@ -19,6 +19,7 @@ from engine import (
 from engine.arrays import I64
 
 REST_MS = 150  # a level that stays this long is worth a factorisation
+MOST_AHEAD = 100_000  # vertices of a region; a larger one takes much memory: not before it is asked
 
 Prepared = tuple[Mesh, I64, float, EditOptions, Source | None]
 
@@ -120,7 +121,7 @@ class Solving(QObject):
         if document is None:
             return
         draft, mesh = document.draft, document.mesh
-        if draft.roi is None:
+        if draft.roi is None or (draft.source is None and len(draft.roi) > MOST_AHEAD):
             return
         known = self._decomposing.reaching(document)
         wanted = (mesh, draft.roi, draft.level, draft.options, draft.source)
