@@ -50,7 +50,7 @@ class Marks:
         colour, width = ROLE_COLOURS[role], _LINE[role]
         solids = [Solid(colour, width, smooth_curve(points, closed), tube=True)]
         if role == "source":
-            solids.append(Solid(_lighter(colour), 1.35 * width, dots, tube=False, lift=1.0))
+            solids.append(Solid(_lighter(colour), 0.6 * width, dots, tube=False, lift=0.5 * width))
             if not closed:
                 ends = np.stack([points[0], points[-1]])
                 solids.append(Solid("#ffffff", 2.6 * width, ends, tube=False))
