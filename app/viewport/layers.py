@@ -160,7 +160,7 @@ class Layers(Inking):
         def take(made: tuple[F64, Moved]) -> None:
             vertices, moved = made
             if surface.stamp != moved.stamp:
-                self.bring(form, np.arange(len(vertices)))  # it was moved meanwhile
+                self.bring(form, self._also_moved(ids))  # it was moved meanwhile
                 return
             self._vertices = vertices
             self._note_moved(ids)
@@ -183,6 +183,10 @@ class Layers(Inking):
             self._moved = np.arange(n)
         elif not np.array_equal(ids, self._moved) and len(self._moved) < n:
             self._moved = distinct(np.concatenate([self._moved, ids]), n)
+
+    def _also_moved(self, ids: I64) -> I64:
+        """Return `ids` and all that were ever moved, ascending."""
+        return distinct(np.concatenate([ids, self._moved]), len(self._vertices))
 
     def set_region(self, ids: I64 | None) -> None:
         """Tint the vertices `ids` as the region and draw their rim; None for no region.
@@ -247,7 +251,11 @@ class Layers(Inking):
         else:
             self._ghost_of = positions, apart, plain
         surface = self.scene.surface
-        if self._ghost_of is not None and surface is not None and _many(apart, surface.n):
+        if (
+            self._ghost_of is not None
+            and surface is not None
+            and (self._heavy or _many(apart, surface.n))
+        ):
             self._ghost_aside(self._ghost_of)
             return
         self.aside.drop("ghost")
@@ -272,7 +280,9 @@ class Layers(Inking):
         def take(made: tuple[object, Made]) -> None:
             stamp, ghost = made
             if stamp != surface.stamp:
-                self._ghost_aside((of[0], None, of[2]))  # the form moved meanwhile
+                # The form moved meanwhile.
+                apart = of[1] if of[1] is None else self._also_moved(of[1])
+                self._ghost_aside((of[0], apart, of[2]))
             elif scene.take_ghost(ghost):
                 self.update()
 

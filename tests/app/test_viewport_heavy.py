@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from types import SimpleNamespace
 
 import numpy as np
@@ -275,3 +276,33 @@ def test_pieces_are_not_looked_through_while_only_the_camera_moves(heavy, monkey
     viewport.set_vertices(viewport.form.vertices[ids] * 1.01, ids)
     heavy.settle()
     assert compared
+
+
+def test_the_ghost_of_a_heavy_form_is_made_aside_and_is_the_same(heavy, monkeypatch):
+    viewport, threads = heavy.viewport, set()
+    ids = np.arange(400)
+    apart = viewport.form.vertices[ids] + 2.0
+    viewport.set_vertices(apart, ids)
+    heavy.settle()
+    make = viewport.scene.made_ghost
+
+    def noted(*given):
+        threads.add(threading.get_ident())
+        return make(*given)
+
+    monkeypatch.setattr(viewport.scene, "made_ghost", noted)
+    viewport.ghost(viewport.form.vertices, ids)
+    assert viewport.scene.ghost is None
+    # The form moves on while it is made: what is shown is of the form as it is then.
+    more = np.arange(500)
+    viewport.set_vertices(viewport.form.vertices[more] + 2.0, more)
+    heavy.settle()
+    assert threading.get_ident() not in threads
+    aside = viewport.scene.ghost
+    assert aside is not None
+    viewport.scene.take_ghost(make(viewport.form.vertices, more))
+    at_once = viewport.scene.ghost
+    assert (aside.positions == at_once.positions).all()
+    assert (aside.faces == at_once.faces).all()
+    assert (aside.normals == at_once.normals).all()
+    assert (aside.colours == at_once.colours).all()
