@@ -19,10 +19,9 @@ from app.viewport.heavy import is_heavy, own
 from app.viewport.inking import Inking
 from app.viewport.maps import Maps
 from app.viewport.overlay import SpaceCurve
-from app.viewport.scene import Made
+from app.viewport.scene import Made, Marked
 from app.viewport.shading import Display, Stripes
 from app.viewport.surface import Moved
-from app.viewport.tint import Feather
 from engine.arrays import F64, I64, distinct
 from engine.mesh import Mesh
 
@@ -205,14 +204,14 @@ class Layers(Inking):
         """Show the region that was asked for last."""
         self._region_timer.stop()
         ids = self._region
-        if ids is None or len(ids) <= MANY:
+        if ids is not None and (self._heavy or len(ids) > MANY):
+            self.aside.ask("region", lambda: self.scene.marked(ids), self._take_region)
+        else:
             self.aside.drop("region")
             self._take_region(None)
-        else:
-            self.aside.ask("region", lambda: self.scene.tint_of(ids), self._take_region)
 
-    def _take_region(self, tint: Feather | None) -> None:
-        self.scene.set_region(self._region, tint)
+    def _take_region(self, marked: Marked | None) -> None:
+        self.scene.set_region(self._region, marked)
         self.update()
 
     def render_image(self, size: tuple[int, int], transparent: bool = False) -> QImage:

@@ -27,6 +27,8 @@ from engine.mesh import Mesh
 
 _KEPT = 60_000  # vertices of the region that a stand-in may keep as they are
 Made = tuple[Ghost, Drawing | None]
+Parts = tuple[I64, I64]  # vertices (c,), and faces (g, 3) in positions of these
+Marked = tuple[Feather, Parts | None]
 _NO_IDS: I64 = np.zeros(0, dtype=np.int64)
 RIM_WIDTH = 2.5  # logical pixels
 MANY = 4  # a share of the vertices above which painting all of them is quicker
@@ -53,6 +55,7 @@ class Scene:
         self._faces: I64 = np.zeros((0, 3), dtype=np.int64)
         self._region: I64 | None = None
         self._tint: Feather | None = None
+        self._lighter: Parts | None = None  # what stands in for it
         self._rim: tuple[Isoline, Segments] | None = None
         self._map: NDArray[np.uint8] | None = None
         self._ghost: Ghost | None = None
@@ -135,12 +138,12 @@ class Scene:
 
     # What is coloured
 
-    def set_region(self, ids: I64 | None, tint: Feather | None = None) -> None:
+    def set_region(self, ids: I64 | None, marked: Marked | None = None) -> None:
         """Tint the region `ids` and draw its rim; None for no region.
 
         Parameters
         ----------
-        tint : what `tint_of` gives, if it is known already.
+        marked : what the method of that name gives, if it is known already.
         """
         before = self._tint
         self._forget_region()
@@ -148,7 +151,7 @@ class Scene:
             return
         self._region = ids
         if ids is not None and len(ids):
-            self._tint = self.tint_of(ids) if tint is None else tint
+            self._tint, self._lighter = self.marked(ids) if marked is None else marked
             self._draw_rim(self._tint)
         shown = self._put_stand_in_away()
         tint, other = self._tint, None
@@ -160,16 +163,26 @@ class Scene:
             self._paint_at(tint, other)
         self.use_stand_in(shown)
 
-    def tint_of(self, ids: I64) -> Feather:
-        """Return the tint of a region of the form; in any thread."""
+    def marked(self, ids: I64) -> Marked:
+        """Return the tint of a region, and vertices and faces of the lighter form that keeps it.
+
+        In any thread; there is no lighter form of one that is not heavy.
+        """
         assert self._mesh is not None
         topology = self._mesh.topology
-        return feathered(ids, topology.faces, topology.incidence, topology.n)
+        tint = feathered(ids, topology.faces, topology.incidence, topology.n)
+        return tint, self._lightened(ids) if is_heavy(self._mesh) else None
+
+    def _lightened(self, kept: I64) -> Parts:
+        assert self._mesh is not None
+        few = kept if len(kept) <= _KEPT else None
+        incidence = self._mesh.topology.incidence
+        return with_kept(heavy(self._mesh).lighter, self._mesh.faces, incidence, few)
 
     def _forget_region(self) -> None:
         if self._rim is not None:
             self.renderer.RemoveActor(self._rim[1].actor)
-        self._rim = self._region = self._tint = None
+        self._rim = self._region = self._tint = self._lighter = None
 
     def _put_stand_in_away(self) -> bool:
         """Forget the stand-in, which shows another region as it is; return whether it was shown."""
@@ -352,12 +365,7 @@ class Scene:
         if wanted and self.stand_in is None:
             assert self._mesh is not None
             kept = self._region if self._region is not None else _NO_IDS
-            ids, faces = with_kept(
-                heavy(self._mesh).lighter,
-                self._faces,
-                self._mesh.topology.incidence,
-                kept if len(kept) <= _KEPT else None,
-            )
+            ids, faces = self._lighter or self._lightened(kept)
             self.stand_in = StandIn(self.surface, ids, faces)
             self.stand_in.surface.actor.SetProperty(self.surface.actor.GetProperty())
             self.stand_in.surface.actor.SetShaderProperty(self.surface.actor.GetShaderProperty())

@@ -95,7 +95,7 @@ def test_a_surface_moved_aside_is_the_one_moved_at_once() -> None:
 @pytest.fixture
 def threads(monkeypatch) -> dict[str, set[bool]]:
     """Whether it was the window's thread that worked out what takes long, by its name."""
-    seen: dict[str, set[bool]] = {"moved_to": set(), "made_ghost": set(), "tint_of": set()}
+    seen: dict[str, set[bool]] = {"moved_to": set(), "made_ghost": set(), "marked": set()}
     window = threading.get_ident()
 
     def noted(kind: type, name: str) -> None:
@@ -109,7 +109,7 @@ def threads(monkeypatch) -> dict[str, set[bool]]:
 
     noted(Surface, "moved_to")
     noted(Scene, "made_ghost")
-    noted(Scene, "tint_of")
+    noted(Scene, "marked")
     return seen
 
 
@@ -138,7 +138,7 @@ def test_a_large_region_is_shown_ready_made(window: Window, qtbot, monkeypatch, 
     assert (view.vertices == opened.vertices).all()
     _shown_as_it_is(window)
     assert not moves, "no move of so much was worked out in the window's thread"
-    assert threads == {"moved_to": {False}, "made_ghost": {False}, "tint_of": {False}}
+    assert threads == {"moved_to": {False}, "made_ghost": {False}, "marked": {False}}
 
 
 def _shown_as_it_is(window: Window) -> None:

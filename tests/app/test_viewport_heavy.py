@@ -306,3 +306,26 @@ def test_the_ghost_of_a_heavy_form_is_made_aside_and_is_the_same(heavy, monkeypa
     assert (aside.faces == at_once.faces).all()
     assert (aside.normals == at_once.normals).all()
     assert (aside.colours == at_once.colours).all()
+
+
+def test_the_tint_of_a_region_on_a_heavy_form_is_made_aside(heavy, monkeypatch):
+    viewport, threads = heavy.viewport, set()
+    make = viewport.scene.marked
+
+    def noted(ids):
+        threads.add(threading.get_ident())
+        return make(ids)
+
+    monkeypatch.setattr(viewport.scene, "marked", noted)
+    ids = np.arange(1500)
+    viewport.set_region(ids)
+    heavy.settle()
+    assert threads
+    assert threading.get_ident() not in threads
+    colours = viewport.scene.surface.colours.copy()
+    lighter = viewport.scene.stand_in and viewport.scene.stand_in.surface.faces
+    viewport.scene.set_region(None)
+    viewport.scene.set_region(ids, make(ids))
+    assert (viewport.scene.surface.colours == colours).all()
+    if lighter is not None:
+        assert (viewport.scene.stand_in.surface.faces == lighter).all()
