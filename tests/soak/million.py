@@ -3,8 +3,10 @@
 `xvfb-run -a -s "-screen 0 2600x1800x24" python -m tests.soak.million` does in a real window what a
 designer does, one act after the other, and prints for each the longest call of ours: in processor
 time of the window's thread, without what software OpenGL takes, and on the clock. With
-`--profile DIR` every call of more than 40 ms is written there as a profile by function; with
-`--acts lasso,undo` only calls of these are. It fails when a call takes more than 50 ms.
+`--profile DIR` the longest call of each act, if it took more than 40 ms, is written there by
+function; the profile itself adds to what it measures, most where many small functions are called.
+It fails when a call takes more than 50 ms. A busy machine makes every figure larger: whoever waits
+for memory that another program uses is counted as working.
 """
 
 from __future__ import annotations
@@ -86,10 +88,9 @@ class Profiler(Stopwatch):
 class Designer:
     """Does the acts, and prints what each took."""
 
-    def __init__(self, window: Window, watch: Profiler, folder: Path, wanted: set[str]) -> None:
+    def __init__(self, window: Window, watch: Profiler, folder: Path) -> None:
         self.window, self.watch, self.folder = window, watch, folder
         self.session, self.view = window.session, window.viewport
-        self.wanted = wanted
         self.worst = 0.0
 
     def do(self, name: str, *events: Callable[[], object]) -> None:
@@ -101,6 +102,7 @@ class Designer:
                 pump(event)
             self.wait()
         mine = self.watch.stalls[first:]
+        longer = [one for one in mine if one.cpu > ALLOWED]
         cpu = max((one.cpu for one in mine), default=0.0)
         wall = max((one.wall for one in mine), default=0.0)
         where = max(mine, key=lambda one: one.cpu).where if mine else "-"
@@ -108,6 +110,8 @@ class Designer:
         said = self.session.problems.sentence
         print(f"{name:24} {1e3 * cpu:6.0f} ms {1e3 * wall:7.0f} on the clock  {where}  {said}",
               flush=True)  # fmt: skip
+        if len(longer) > 1:
+            print("   also", *(f"{1e3 * one.cpu:.0f} ms {one.where}" for one in longer))
 
     def wait(self) -> None:
         """Let the window work until all is at rest, for a moment longer than one turn."""
@@ -263,7 +267,7 @@ def main(arguments: list[str] | None = None) -> int:
     if given.profile is not None:
         given.profile.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as name, million(given.vertices, Path(name)) as window:
-        designer = Designer(window, watch, Path(name), set())
+        designer = Designer(window, watch, Path(name))
         designer.do("begin")
         designer.play()
     print(f"longest: {1e3 * designer.worst:.0f} ms")
