@@ -36,6 +36,7 @@ QPushButton:disabled { color: palette(placeholder-text); }
 QLineEdit, QSpinBox, QDoubleSpinBox, QComboBox { background: palette(base); color: palette(text);
     border: 1px solid palette(mid); border-radius: 6px; padding: 2px 8px; min-height: 26px;
     selection-background-color: palette(highlight); selection-color: palette(highlighted-text); }
+QCheckBox::indicator { width: 14px; height: 14px; }
 QCheckBox::indicator:unchecked { background: palette(base);
     border: 1px solid palette(placeholder-text); border-radius: 3px; }
 QCheckBox::indicator:checked { background: palette(highlight); image: url(look:tick.svg);

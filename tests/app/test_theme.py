@@ -38,7 +38,9 @@ def test_nothing_is_painted_in_two_themes(make_window, qtbot):
 def test_what_is_ticked_stands_out(make_window, qtbot, theme: str) -> None:
     window = make_window(theme=theme)
     box = QCheckBox("On", window)
+    unticked = box.sizeHint()
     box.setChecked(True)
+    assert box.sizeHint() == unticked, "its words have room either way"
     picture = box.grab().toImage()
     seen = {
         picture.pixelColor(x, y).name()
