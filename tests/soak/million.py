@@ -168,8 +168,8 @@ class Designer:
         self.do("level", *(lambda v=v: session.slide_level(v) for v in np.linspace(0, 0.4, 9)))
         self.do("source", *self.stroke(bow(view, *ends)))
         self.do("target", *self.stroke(bow(view, *ends, -0.3)))
-        self.do("target dragged",
-                *self.stroke(np.linspace(bow(view, *ends, -0.3)[15], middle_of(view), 12)))  # fmt: skip
+        way = np.linspace(bow(view, *ends, -0.3)[15], middle_of(view), 12)
+        self.do("target dragged", *self.stroke(way))
         self.do("apply", self.key(Qt.Key.Key_Return))
         assert len(session.document.recipe.steps) == 1, session.problems.sentence
         first = session.history.current_id
