@@ -177,9 +177,9 @@ class Stage(QObject):
 
     def _flow(self, form: Form) -> None:
         """Let a form be seen to come; one that is not ready in a moment is there at once."""
+        self._stop()
         ids = self._way_to(form)
         if len(ids) > MANY:
-            self._stop()
             self._draw(form)
             return
         self._flowing = (form, ids, self._viewport.vertices[ids], form.at(ids))
