@@ -247,7 +247,13 @@ def cut(window: Window) -> list[str]:
 
 
 def settled(window: Window) -> Callable[[], bool]:
-    """Whether the engine rests, apart from modes, and nothing moves by itself."""
+    """Whether the engine rests, apart from modes, nothing moves by itself, and all of it is shown.
+
+    The window looks at what has changed in an event of its own, which a timer of 0 ms brings.
+    """
+
+    def due(timer: QTimer) -> bool:
+        return timer.isActive() and timer.isSingleShot() and timer.interval() == 0
 
     def check() -> bool:
         jobs = window.session.jobs
@@ -258,7 +264,9 @@ def settled(window: Window) -> Callable[[], bool]:
             and document.draft.roi is not None
             and window.session.decomposition is None
         )
-        return not busy and not waits and not window.stage.flowing
+        if busy or waits or window.stage.flowing:
+            return False
+        return not any(due(timer) for timer in window.findChildren(QTimer))
 
     return check
 
