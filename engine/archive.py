@@ -380,7 +380,7 @@ class _Reading:
                 raise _NewerError(
                     f"It has the version {version}; this program reads up to {FORMAT_VERSION}."
                 )
-            if name == MANIFEST and MANIFEST_COPY not in self._members.names():
+            if MANIFEST_COPY not in self._members.names():
                 self._report.append("The end of the file is missing or damaged.")
             checked: dict[str, Any] = found
             return checked

@@ -85,11 +85,10 @@ def history_state(
 ) -> tuple[HistoryState, int]:
     """Return a whole tree from the moments that could be read, and how many were hung elsewhere.
 
-    A moment whose parent is lost becomes a child of the root; without its root, the tree grows
-    from the moment with the smallest number. Whatever was open and is lost gives way to the newest.
+    There is at least one. A moment whose parent is lost becomes a child of the root; without its
+    root, the tree grows from the moment with the smallest number. Whatever was open and is lost
+    gives way to the newest.
     """
-    if not moments:
-        raise FileError("The file holds no surface that could be read.")
     root = min(moments, key=lambda i: (moments[i].parent is not None, i))
     kept: dict[int, Moment] = {}
     rehung = 0

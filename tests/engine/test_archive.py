@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from engine import Document, Draft, EditOptions, History, SketchEdit, Source, Stroke, UnknownStep
 from engine.archive import open_archive, save_archive
+from engine.packing import stored_form
 from tests.engine.documents_on_disk import WINDOW
 from tests.engine.histories import KINDS, PNG, fingerprint, grid, history, view
 
@@ -127,3 +128,28 @@ def test_a_sketch_comes_back_to_the_last_bit(tmp_path: Path) -> None:
     found = open_archive(tmp_path / "a.eigenform", {"sketch": SketchEdit})
     assert found.report == ()
     assert fingerprint(found.state) == fingerprint(begun.state())
+
+
+@pytest.mark.parametrize(
+    ("ids", "written"),
+    [
+        ([], "<i4"),
+        ([0, 2**31 - 1], "<i4"),
+        ([-(2**31), 5], "<i4"),
+        ([0, 2**31], "<i8"),
+        ([-(2**31) - 1, 0], "<i8"),
+    ],
+)
+def test_ids_take_four_bytes_where_they_fit(ids: list[int], written: str) -> None:
+    stored = stored_form(np.array(ids, dtype=np.int64))
+    assert stored.dtype.str == written
+    assert stored.tolist() == ids
+
+
+def test_an_array_of_any_layout_is_written_row_by_row() -> None:
+    rows = np.arange(12.0).reshape(3, 4)
+    for laid_out in (rows.T.copy().T, np.repeat(rows, 2, axis=1)[:, ::2], rows.astype(">f8")):
+        stored = stored_form(laid_out)
+        assert stored.dtype.str == "<f8"
+        assert stored.flags.c_contiguous
+        assert (stored == rows).all()

@@ -286,5 +286,7 @@ def test_other_zip_files_absent_files_and_folders_are_refused(tmp_path: Path) ->
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("word/document.xml", "x")
     assert "not an Eigenform document" in refused(path)
+    path.write_bytes(path.read_bytes()[:-30])
+    assert "not an Eigenform document" in refused(path), "nor is what is left of one"
     refused(tmp_path / "absent.eigenform")
     refused(tmp_path)

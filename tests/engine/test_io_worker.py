@@ -331,3 +331,32 @@ def test_a_comma_desktop_destroys_no_number(tmp_path: Path) -> None:
     write(tmp_path, "strips.ply", STRIPS)
     done = run_python("-c", COMMA_SCRIPT, "a.obj", cwd=tmp_path, **comma)
     assert done.stdout.strip() == "right", done.stderr
+
+
+@pytest.mark.parametrize(
+    ("job", "stage", "killed", "asked"),
+    [
+        ("import", "Reading", True, 2),
+        ("import", "Reading", False, 1),
+        ("export", "Writing", True, 1),
+        ("export", "Writing", False, 1),
+        ("export", "Starting", True, 2),
+        ("import", "Starting", False, 2),
+    ],
+)
+def test_a_job_is_done_again_only_where_its_end_was_not_its_fault(
+    job: str, stage: str, killed: bool, asked: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asking, replaced = [], []
+
+    def ask(self: FileWorker, *given: object) -> None:
+        asking.append(given)
+        raise WorkerDiedError(stage, killed)
+
+    monkeypatch.setattr(FileWorker, "_ask", ask)
+    monkeypatch.setattr(FileWorker, "_replace", lambda self: replaced.append(self))
+    with pytest.raises(WorkerDiedError) as lost:
+        FileWorker().ask({"job": job}, None, 1.0, None)
+    assert lost.value.stage == stage
+    assert len(asking) == asked
+    assert len(replaced) == 1

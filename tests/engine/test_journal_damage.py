@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
 import random
 from itertools import islice
 from pathlib import Path
 
 import pytest
 
-from engine.journal import Journal, recover
+from engine.journal import Journal, recover, same_state
 from engine.records import HEAD, append_record, read_records
 from tests.engine.histories import KINDS, fingerprint, history
-from tests.engine.journals import abandoned, check_sound
+from tests.engine.journals import abandoned, check_sound, one
 from tests.engine.scripted_session import states
 
 STRIDES = [pytest.param(97), pytest.param(1, marks=pytest.mark.soak)]
@@ -71,6 +72,29 @@ def test_junk_between_records_is_passed_over(tmp_path: Path) -> None:
             append_record(file, 7, payload)
         file.write(b"\xe1gnF" * 300)
     assert [payload for kind, payload in read_records(path) if kind == 7] == payloads
+
+
+def test_what_was_open_and_is_lost_gives_way_to_the_newest_and_is_told(tmp_path: Path) -> None:
+    state = history().state()
+    journal = Journal(tmp_path)
+    journal.write(state)
+    open_and_lost = {"event": "state", "changed": [], "gone": [], "redo": {}, "time": 0.0}
+    journal._append({**open_and_lost, "current": max(state.moments) + 1})
+    journal._file.close()
+    found = one(tmp_path)
+    assert set(found.state.moments) == set(state.moments)
+    assert found.state.current_id == max(state.moments)
+    assert found.report == ("What was open is lost; the newest state that is left is shown.",)
+
+
+def test_states_are_the_same_when_neither_holds_more() -> None:
+    whole = history().state()
+    less = dict(whole.moments)
+    del less[next(i for i in sorted(less, reverse=True) if i != whole.current_id)]
+    fewer = dataclasses.replace(whole, moments=less)
+    assert same_state(whole, dataclasses.replace(whole, moments=dict(whole.moments)))
+    assert not same_state(whole, fewer)
+    assert not same_state(fewer, whole)
 
 
 def test_records_across_the_blocks_of_a_search(tmp_path: Path) -> None:
