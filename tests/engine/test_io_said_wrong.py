@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from engine import open_file, save
+from engine import FileError, open_file, save
 from engine.files.gltf import check_gltf
 from tests.engine.test_io_open import PIECE, model_3mf
-from tests.engine.test_io_scenes import dae, refusal
+from tests.engine.test_io_scenes import dae, opened, refusal
 from tests.soak.export_kills import sheet
 
 SQUARE = b"""ply
@@ -55,7 +55,7 @@ def test_a_dae_node_is_placed_by_as_many_numbers_as_it_takes(node: str, why: str
 
 
 @pytest.mark.parametrize(
-    "face", [b"-1 0 1 2", b"3.5 0 1 2", b"1e12 0 1 2", b"nan 0 1 2", b"4 0 1 2"]
+    "face", [b"-1 0 1 2", b"3.5 0 1 2", b"1e12 0 1 2", b"nan 0 1 2", b"4 0 1 2", b"3 0 1 2 3"]
 )
 def test_a_text_ply_list_has_the_length_that_it_announces(face: bytes) -> None:
     assert "line 5 behind the header does not hold" in refusal(SQUARE % face, "a.ply")
@@ -97,7 +97,7 @@ def glb(kind: bytes, announced: int, text: bytes) -> bytes:
 @pytest.mark.parametrize(("kind", "more"), [(b"JSOM", 0), (b"JSON", 1), (b"JSON", 1 << 20)])
 def test_a_glb_begins_with_its_description(kind: bytes, more: int) -> None:
     text = json.dumps({"asset": {"version": "2.0"}}).encode()
-    with pytest.raises(Exception, match="its first part is not its description"):
+    with pytest.raises(FileError, match="its first part is not its description"):
         check_gltf(glb(kind, len(text) + more, text), "a.glb")
 
 
@@ -112,3 +112,46 @@ def test_an_stl_is_written_with_the_normals_of_its_faces(tmp_path: Path) -> None
     assert len(rows) == len(mesh.faces)
     assert np.allclose(rows["normal"], normal, atol=1e-5)
     assert open_file(tmp_path / "a.stl").mesh.n == mesh.n
+
+
+@pytest.mark.parametrize("face", ["3 0 1", "0", "-3 0 1 2", "2.5 0 1 2"])
+def test_an_off_face_has_as_many_corners_as_it_counts(face: str) -> None:
+    text = f"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n{face}\n"
+    assert "line 6 is not a face" in refusal(text, "a.off")
+
+
+@pytest.mark.parametrize("keyword", ["4OFF", "nOFF", "STCN4nOFF"])
+def test_an_off_file_of_another_dimension_is_told(keyword: str) -> None:
+    text = f"{keyword}\n3 1 0\n0 0 0 1\n1 0 0 1\n0 1 0 1\n3 0 1 2\n"
+    assert "another dimension than three" in refusal(text, "a.off")
+
+
+def glb_of(length: int, binary: bytes) -> bytes:
+    text = json.dumps({"asset": {"version": "2.0"}, "buffers": [{"byteLength": length}]}).encode()
+    text += b" " * (-len(text) % 4)
+    rest = len(binary).to_bytes(4, "little") + b"BIN\0" + binary
+    whole = glb(b"JSON", len(text), text + rest)
+    assert int.from_bytes(whole[8:12], "little") == len(whole)
+    return whole
+
+
+def test_a_glb_holds_as_many_bytes_as_it_announces() -> None:
+    assert check_gltf(glb_of(8, bytes(8)), "a.glb") == (0, [])
+    with pytest.raises(FileError, match="it announces more data than it holds"):
+        check_gltf(glb_of(9, bytes(8)), "a.glb")
+
+
+def test_a_unit_is_named_only_where_there_is_one() -> None:
+    assert "The file's unit is inch; the numbers were kept" in opened(dae(), "a.dae")[2]
+    unnamed = dae().replace('<unit name="inch" meter="0.0254"/>', "")
+    assert unnamed != dae()
+    assert "unit" not in opened(unnamed, "a.dae")[2]
+
+
+def test_an_obj_that_may_have_lost_vertices_warns_of_it(tmp_path: Path) -> None:
+    text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n"
+    for name, more, warned in (("whole", "", False), ("lost", "f 1 2 9\n", True)):
+        path = tmp_path / f"{name}.obj"
+        path.write_text(text + more)
+        lines = " ".join(open_file(path).report.lines())
+        assert ("The file may have lost vertices" in lines) == warned
