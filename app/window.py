@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QByteArray, QEvent, QObject, QSettings, Qt, QTimer
+from PySide6.QtCore import QByteArray, QEvent, QObject, QSettings, QSize, Qt, QTimer
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow
 
@@ -54,8 +54,14 @@ from engine import Document
 from engine.files.report import shown
 from plugins.registry import Failure, find_tools
 
-FIRST_SIZE = (1280, 860)
+FIRST_SIZE = QSize(1280, 860)
+FRAME = QSize(16, 48)  # a desktop's title bar and edges; how large they are is known only later
 Y_UP = (".obj", ".glb", ".gltf", ".dae")  # formats whose models mostly stand along y
+
+
+def first_size(free: QSize) -> QSize:
+    """Return how large the window opens the first time where a screen has so much room, in px."""
+    return FIRST_SIZE.boundedTo(free - FRAME)
 
 
 class Window(QMainWindow):
@@ -116,7 +122,7 @@ class Window(QMainWindow):
         self._dress(appearance.theme)
         self._take_pen(remembered())
         self.refresh()
-        self.resize(*FIRST_SIZE)
+        self.resize(first_size(self.screen().availableSize()))
         self.viewport.setFocus()  # keys mean the form until a part is given them
         self.strip.left.connect(self.viewport.setFocus)
         geometry = QSettings().value("window/geometry")
