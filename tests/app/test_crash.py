@@ -118,6 +118,36 @@ def test_what_fails_with_every_frame_is_reported_once(
     assert len(list((tmp_path / "state" / "reports").iterdir())) == 1
 
 
+def fail_again() -> None:
+    try:
+        raise ValueError("again")
+    except ValueError:
+        sys.excepthook(*sys.exc_info())
+
+
+def test_what_fails_again_after_a_while_is_reported_again(
+    watch: CrashWatch, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written = tmp_path / "state" / "reports"
+    monkeypatch.setattr(crash, "SAME_SECONDS", 1e9)
+    for _ in range(2):
+        fail_again()
+    assert len(list(written.iterdir())) == 1, "not yet"
+    monkeypatch.setattr(crash, "SAME_SECONDS", 0.0)
+    fail_again()
+    assert len(list(written.iterdir())) == 2
+
+
+def test_a_report_holds_what_was_logged_before(watch: CrashWatch, tmp_path: Path) -> None:
+    logging.getLogger("app.somewhere").warning("the disk is nearly full")
+    fail_again()
+    (report,) = (tmp_path / "state" / "reports").iterdir()
+    before, last = report.read_text(encoding="utf-8").split("Last log lines:")
+    assert before.startswith(about())
+    assert "ValueError: again" in before
+    assert "the disk is nearly full" in last
+
+
 class Unspeakable(Exception):
     """Cannot be put into words."""
 
